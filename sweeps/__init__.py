@@ -10,14 +10,14 @@ if TYPE_CHECKING:
     from sweeps.accessor import StickslipAccessor
     from sweeps.engine.run import run
     from sweeps.fitting.fitting import FitError, fit
-    from sweeps.page.explore import explore
+    from sweeps.page.explorer import explore
 
 __all__ = ["FitError", "StickslipAccessor", "explore", "fit", "run"]
 
 _HOMES = {
     "FitError": "sweeps.fitting.fitting",
     "StickslipAccessor": "sweeps.accessor",
-    "explore": "sweeps.page.explore",
+    "explore": "sweeps.page.explorer",
     "fit": "sweeps.fitting.fitting",
     "run": "sweeps.engine.run",
 }

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sweeps.borders import Kind
     from sweeps.figures.look import Range
     from sweeps.measurements import Table
-    from sweeps.page.explore import Explorer
+    from sweeps.page.explorer import Explorer
     from sweeps.points import Point
 
 
@@ -40,7 +40,7 @@ class StickslipAccessor:
         self._ds = ds
 
     def __repr__(self) -> str:
-        from sweeps.charts.data import default_figure
+        from sweeps.charts.choice import default_figure
         from sweeps.figure_table import FIGURES
 
         held = FIGURES[default_figure(self._ds)].drawn
@@ -237,7 +237,7 @@ class StickslipAccessor:
 
         The arguments and errors are those of `sweeps.explore`.
         """
-        from sweeps.page.explore import explore
+        from sweeps.page.explorer import explore
 
         return explore(self._ds, borders=borders, port=port)
 

@@ -43,33 +43,31 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
         "amplitudes": FigureEntry("amplitudes.amplitudes", "sweep", AMPLITUDES),
         "pairs": FigureEntry("scatter.pairs", "sweep", ("regime",)),
         "time_courses": FigureEntry(
-            "motion.traces.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
+            "traces.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
         ),
         "relative_motion": FigureEntry(
-            "motion.traces.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
+            "traces.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
         ),
         "phase_portraits": FigureEntry(
-            "motion.traces.phase_portraits",
+            "traces.phase_portraits",
             "trajectory",
             ("lower_displacement", "lower_velocity"),
         ),
         "force_loops": FigureEntry(
-            "motion.traces.force_loops", "trajectory", ("upper_displacement", "friction_force")
+            "traces.force_loops", "trajectory", ("upper_displacement", "friction_force")
         ),
         "pull": FigureEntry(
-            "motion.traces.pull",
+            "traces.pull",
             "trajectory",
             ("upper_velocity", "spring_force", "friction_force", "order_parameter"),
         ),
-        "orbit": FigureEntry(
-            "motion.orbit.orbit", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
-        ),
+        "orbit": FigureEntry("traces.orbit", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)),
         "free_energy": FigureEntry(
             "free_energy.free_energy", "phases", ("free_energy", "melting_temperature")
         ),
         "landscape": FigureEntry(
             "free_energy.landscape", "phases", ("equilibrium_strain", "ramped_order_parameter")
         ),
-        "fit": FigureEntry("fit.fit", "fit", ("measured_value", "fitted_value")),
+        "fit": FigureEntry("curves.fit", "fit", ("measured_value", "fitted_value")),
     }
 )

@@ -24,7 +24,7 @@ from stickslip.status import Status
 from stickslip.tables import value_table
 from stickslip.trajectory import REALIZATION
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPIC
-from sweeps.charts.at import places_at, with_numbers
+from sweeps.charts.choice import places_at, with_numbers
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Execution
 from sweeps.config.yaml_reader import read_mapping

@@ -1,11 +1,12 @@
-"""A chart of a result: cells, curves or points.
+"""A chart of a result: cells, curves or points; and the borders over a map.
 
 All numbers are in shown units.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeAlias
@@ -13,16 +14,158 @@ from typing import TypeAlias
 import numpy as np
 import xarray as xr
 
-from stickslip.variables import RESULTS
-from sweeps.charts.axes import STRIP, Axis, axis_of, cells_of_pixels
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.charts.axes import (
+    STRIP,
+    Axis,
+    Layout,
+    axis_of,
+    cases_to_scatter,
+    cells_of_pixels,
+    fits_log,
+    layout_of,
+)
 from sweeps.charts.choice import Choice
-from sweeps.charts.clouds import cases_to_scatter, fits_log
-from sweeps.charts.colours import Colours, colours_of, is_discrete
-from sweeps.charts.curves import Curve, axis_limits, curves_of
-from sweeps.charts.labels import Array, parameters_along, shown
-from sweeps.charts.layout import Layout, layout_of
+from sweeps.charts.colours import (
+    Colours,
+    CurveStyle,
+    Hue,
+    Palette,
+    colours_of,
+    curve_style,
+    hue_of,
+    is_discrete,
+    way_style,
+)
+from sweeps.charts.labels import DIRECTIONS, Array, legend_label, parameters_along, shown
 from sweeps.charts.missing import trusted, value_range
 from sweeps.grid import CASE, DIRECTION
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One curve: values over the axis, where they jump, and its place along the other axes.
+
+    `way` is the direction in which it is followed, if in both; `spread` that of values at random.
+    """
+
+    label: str
+    hue: Hue
+    values: Array
+    jumps: Array
+    places: dict[str, int]
+    way: str = ""
+    spread: Array | None = None
+
+    def style(self, palette: Palette) -> CurveStyle:
+        """Return how it is drawn."""
+        return way_style(curve_style(self.hue, palette), self.way)
+
+
+def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator[Curve]:
+    """Yield the curves of a variable: for each value of the hue, and for each way.
+
+    The points of `ds` are in the order of the axis.
+    """
+    dims = [dim for dim in (layout.hue, DIRECTION if layout.both_ways else None) if dim]
+    count, counts = ds.sizes[layout.hue] if layout.hue else 1, is_discrete(ds, name)
+    for places in itertools.product(*(range(ds.sizes[dim]) for dim in dims)):
+        place = dict(zip(dims, places, strict=True))
+        line, hue = ds.isel(place), hue_of(layout.hue, place.get(str(layout.hue), 0), count)
+        labels = [legend_label(ds, layout.hue, place[layout.hue])] if layout.hue else []
+        way = ""
+        if layout.both_ways:
+            way = str(line[DIRECTION].values)
+            labels.append(DIRECTIONS.get(way, way))
+        values = shown(trusted(line, name)).values
+        # Nothing lies between two counts.
+        breaks = abs(np.diff(values)) > 0 if counts else jumps(line, axis.steps, values)
+        yield Curve(", ".join(labels), hue, values, breaks, place, way, _spread(line, name))
+
+
+def _spread(line: xr.Dataset, name: str) -> Array | None:
+    """Return the standard deviation between drive periods, where the value is a mean over them.
+
+    It is none of orbits of several periods, whose value is the largest: it is no band around that.
+    """
+    own = f"{name}_spread"
+    if own not in line or "orbit_periods" not in line:
+        return None
+    spread = np.where(line["orbit_periods"] == 0, shown(trusted(line, own)).values, 0.0)
+    return np.nan_to_num(spread) if np.nansum(spread) else None
+
+
+def range_with_spread(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
+    """Return the range of the values, and of what lies a standard deviation above them."""
+    low, high = value_range(ds, name, log=log)
+    spread = _spread(ds, name)
+    if spread is not None:
+        high = max(high, float(np.nanmax(shown(trusted(ds, name)).values + spread)))
+    return low, high
+
+
+def axis_limits(
+    low: float, high: float, room: float = 1.0, *, log: bool = False
+) -> tuple[float, float]:
+    """Return limits just below the lowest point, so that a curve at zero shows, and above all."""
+    if log:
+        span = max(high / low, 1.1)
+        return low * span**-0.03, low * (span**1.05) ** room
+    span = high - low
+    return low - 0.03 * span, low + 1.05 * span * room
+
+
+# --- jumps of a curve, where the kind of motion changes and the value does not continue -----------
+
+_KINDS = ("regime", "orbit_periods", "melting_count")  # what tells one kind of motion from another
+_MARKED = 4.0  # times the steepest slope beside it: less is a bend
+_VISIBLE = 0.02  # of the range of the curve: less is no gap on paper
+
+
+def jumps(ds: xr.Dataset, steps: Array, y: Array) -> Array:
+    """Return True for each interval of curves over which the value jumps, (..., n - 1).
+
+    `steps` (n - 1,) are the distances of the points along x, `y` (..., n) the values as drawn; the
+    variables of `ds` have the same dimensions. The kind of motion differs at the two ends, and the
+    value goes several times as far as the slopes beside it explain; those are taken within one kind
+    of motion.
+    """
+    if y.shape[-1] < 2:
+        return np.zeros((*y.shape[:-1], 0), dtype=bool)
+    changes, rises = _changes(ds, y.shape), np.abs(np.diff(y))
+    slopes = np.where(changes | (steps == 0), np.nan, rises / np.where(steps == 0, 1.0, steps))
+    explained = _MARKED * _steepest_beside(slopes) * steps
+    largest = np.fmax.reduce(np.abs(y), axis=-1, keepdims=True)
+    # A NaN compares as no jump: there is a gap already, or nothing to compare with.
+    found: Array = changes & (rises > explained) & (rises > _VISIBLE * largest)
+    return found
+
+
+def break_line(axis: Axis, y: Array, places: Array) -> tuple[Array, Array]:
+    """The curve with a gap in the middle of each jump."""
+    at = np.flatnonzero(places)
+    return np.insert(axis.quantity.values, at + 1, axis.middles[at]), np.insert(y, at + 1, np.nan)
+
+
+def _changes(ds: xr.Dataset, shape: tuple[int, ...]) -> Array:
+    changes = np.zeros((*shape[:-1], shape[-1] - 1), dtype=bool)
+    for name in _KINDS:
+        if name in ds:
+            kinds = trusted(ds, name).values
+            before, after = kinds[..., :-1], kinds[..., 1:]
+            changes |= (after != before) & np.isfinite(after + before)
+    return changes
+
+
+def _steepest_beside(slopes: Array) -> Array:
+    """Return the steepest of the two intervals on each side; NaN where none of them counts."""
+    around = [(0, 0)] * (slopes.ndim - 1) + [(2, 2)]
+    padded, count = np.pad(slopes, around, constant_values=np.nan), slopes.shape[-1]
+    beside = [padded[..., shift : shift + count] for shift in (0, 1, 3, 4)]
+    return np.asarray(np.fmax.reduce(beside))
+
+
+# --- cells, curves or points ----------------------------------------------------------------------
 
 Place: TypeAlias = dict[str, int]
 
@@ -190,3 +333,72 @@ def _layout(result: xr.Dataset, choice: Choice) -> Layout:
     if discrete and layout.x and layout.y is None and result.sizes.get(DIRECTION, 1) > 1:
         return replace(layout, y=DIRECTION)  # a strip of kinds for each way
     return layout
+
+
+# --- borders between kinds of motion: the lines in a file of `stickslip boundary` -----------------
+
+_GRAZING = 0  # a `type` of border
+BORDER_STYLES = {"grazing": "solid", "fold": "dashed"}
+
+
+def require_borders(ds: xr.Dataset) -> None:
+    """Raise ValueError if a dataset holds no borders over two axes."""
+    if not {"line", "kind_left", "kind_right", "type"} <= set(ds.variables):
+        raise ValueError("this is no file of borders, which `stickslip boundary` writes")
+    if len(border_axes(ds)) != 2:
+        raise ValueError(f"borders are drawn on maps; these are points along {border_axes(ds)[0]}")
+
+
+def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
+    """Raise ValueError if a dataset holds no borders over two axes of a result, or at no slice."""
+    require_borders(borders)
+    names = border_axes(borders)
+    if any(parameters_along(ds, name) != [name] for name in names):
+        raise ValueError(f"these are borders over {' and '.join(names)}, which are no axes here")
+    if elsewhere := place_elsewhere(ds, borders):
+        raise ValueError(elsewhere)
+
+
+def are_over(borders: xr.Dataset, across: Axis, up: Axis) -> bool:
+    """Return whether borders lie over two axes, in either order."""
+    return {across.dim, up.dim} == set(border_axes(borders)) and not (across.names or up.names)
+
+
+def border_axes(borders: xr.Dataset) -> list[str]:
+    """Return the parameters over which borders lie."""
+    return [name for name in PARAMETERS if f"{name}_bracket" in borders.variables]
+
+
+def lines_of(borders: xr.Dataset, across: str, up: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return each line: its places (n, 2) in shown units, and its points (n,) in the file.
+
+    A point alone is no line.
+    """
+    places = np.column_stack([shown(borders[name]).values for name in (across, up)])
+    ends = np.flatnonzero(np.diff(borders["line"].values)) + 1
+    lines = np.split(np.arange(len(places)), ends)
+    return [(places[line], line) for line in lines if len(line) > 1]
+
+
+def border_parts(
+    borders: xr.Dataset, across: str, up: str
+) -> Iterator[tuple[np.ndarray, np.ndarray, str]]:
+    """Yield parts of lines that are of one type: places, points as of `lines_of`, and the type."""
+    for places, points in lines_of(borders, across, up):
+        is_grazing = borders["type"].values[points] == _GRAZING
+        # A piece that ends where lines meet is what its other end is.
+        pieces = is_grazing[:-1] | is_grazing[1:]
+        ends = [0, *(np.flatnonzero(np.diff(pieces)) + 1).tolist(), len(pieces)]
+        for start, stop in itertools.pairwise(ends):
+            name = "grazing" if pieces[start] else "fold"
+            yield places[start : stop + 1], points[start : stop + 1], name
+
+
+def place_elsewhere(ds: xr.Dataset, borders: xr.Dataset) -> str:
+    """Return where borders are if a dataset has other values of a parameter; else nothing."""
+    for name in PARAMETERS:
+        if name in ds.variables and name in borders.variables and borders[name].size == 1:
+            there = float(borders[name].values.item())
+            if not np.isclose(ds[name].values, there, rtol=1e-9, atol=0.0).any():
+                return f"these are the borders at {shown(borders[name]).equation}, not here"
+    return ""

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from stickslip.variables import PARAMETERS, PULLED, TRAJECTORY
+from sweeps.charts.axes import Selection, selections
+from sweeps.charts.colours import BLACK, SKY, CurveStyle
 from sweeps.charts.labels import Quantity, shown, slice_label
-from sweeps.charts.layout import Selection, selections
-from sweeps.charts.styles import BLACK, SKY, CurveStyle
 from sweeps.human import did_you_mean
 
 # The dashes lie on a wide light line, so that both show while the blocks move together.

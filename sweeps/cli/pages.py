@@ -35,7 +35,7 @@ from sweeps.exits import Exit
 
 if TYPE_CHECKING:
     from sweeps.engine.progress import Compiling
-    from sweeps.page.beginning import Beginning
+    from sweeps.page.subject import Subject
 
 _SECONDS_BETWEEN_LINES = 5.0
 
@@ -59,7 +59,7 @@ def explore(
 ) -> None:
     """Open a page with a slider for every parameter and the stationary orbit; Ctrl-C ends it."""
     from sweeps.page import require_bokeh
-    from sweeps.page.explore import server_of
+    from sweeps.page.explorer import server_of
 
     require_bokeh()
     server = server_of(_beginning(target, at or (), boundaries), port)
@@ -76,11 +76,11 @@ def explore(
     server.run_until_signal(end)
 
 
-def _beginning(target: Path | None, at: Sequence[str], boundaries: Path | None) -> Beginning:
+def _beginning(target: Path | None, at: Sequence[str], boundaries: Path | None) -> Subject:
     """Return the initial content of the page; raises the errors of opening the files."""
-    from sweeps.charts.at import slice_at
+    from sweeps.charts.choice import slice_at
     from sweeps.files.datasets import open_result
-    from sweeps.page import beginning
+    from sweeps.page import subject
     from sweeps.points import PointError
 
     if target is None or is_config(target):
@@ -89,15 +89,15 @@ def _beginning(target: Path | None, at: Sequence[str], boundaries: Path | None) 
         if at:
             stop_with("--at takes a slice of a result file: name one", Exit.USAGE)
         if target is None:
-            return beginning.of_nothing()
-        return beginning.of_config(checked_config(target, None), target.name)
+            return subject.subject_of_paper()
+        return subject.subject_of_config(checked_config(target, None), target.name)
     result = open_result(target)
     borders = None if boundaries is None else open_result(boundaries)
     note = warn_of_seal(target)
     with usage_errors():
         result, _ = slice_at(result, at)
     try:
-        return beginning.of_result(result, target.name, (note,) if note else (), borders)
+        return subject.subject_of_result(result, target.name, (note,) if note else (), borders)
     except PointError as error:
         raise PointError(f"{target}: {error}") from None
 
@@ -144,7 +144,9 @@ def report(
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import open_result
     from sweeps.files.outputs import Outputs
-    from sweeps.page import is_page_of_ours, page_of, require_bokeh
+    from sweeps.page import is_page_of_ours, require_bokeh
+    from sweeps.page.document import page_of  # Bokeh takes long to import
+
 
     require_bokeh()
     page = output or file.with_name(file.name.removesuffix(".nc") + ".html")

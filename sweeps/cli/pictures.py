@@ -399,7 +399,7 @@ def _drawn(
 
 def _plot_of_config(ds: xr.Dataset) -> tuple[str | None, tuple[str, ...] | None]:
     """Return the figure and the variables that a file's config names and it has data for."""
-    from sweeps.charts.data import obstacle
+    from sweeps.charts.choice import obstacle
     from sweeps.config.load import ConfigError, from_yaml
 
     try:

@@ -48,7 +48,7 @@ def boundary(
     FILE` draws, or as a table.
     """
     from sweeps.borders import BoundaryError, boundaries
-    from sweeps.charts.at import places_at
+    from sweeps.charts.choice import places_at
     from sweeps.cli.summaries import print_borders
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import content_hash, open_result

@@ -12,16 +12,14 @@ import importlib
 import xarray as xr
 from matplotlib.figure import Figure
 
-from sweeps.charts.at import slice_at
-from sweeps.charts.data import data_of, default_figure, obstacle
+from sweeps.charts.choice import data_of, default_figure, obstacle, slice_at
 from sweeps.charts.labels import changed_parameters
 from sweeps.figure_table import FIGURES
 from sweeps.figures.amplitudes import draw_results
-from sweeps.figures.look import Look, finish
-from sweeps.figures.motion.traces import draw_variables
-from sweeps.figures.plot_options import PlotOptions
+from sweeps.figures.look import Look, PlotOptions, finish
 from sweeps.figures.save import ENDINGS, save
 from sweeps.figures.style import put_note, styled
+from sweeps.figures.traces import draw_variables
 
 __all__ = ["ENDINGS", "Look", "PlotOptions", "default_figure", "draw", "obstacle", "save"]
 

@@ -1,10 +1,11 @@
-"""Variables along one axis (Figs. 7-9): a row of panels each, one curve per lubricant."""
+"""Variables along one axis (Figs. 7-9), with measured points; the picture of a fit."""
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,30 +14,37 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from stickslip.variables import PARAMETERS
-from sweeps.charts.axes import MANY, Axis, axis_of
-from sweeps.charts.curves import Curve, axis_limits, curves_of, range_with_spread
-from sweeps.charts.jumps import break_line
-from sweeps.charts.labels import DIRECTIONS, Array, legend_label, shown
-from sweeps.charts.layout import Layout, thinned
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.charts.axes import MANY, Axis, Layout, axis_of, thinned
+from sweeps.charts.chart import Curve, axis_limits, break_line, curves_of, range_with_spread
+from sweeps.charts.colours import BLACK, SINGLE, CurveStyle, hue_of, way_style
+from sweeps.charts.labels import (
+    DIRECTIONS,
+    Array,
+    legend_label,
+    parameters_along,
+    shown,
+    shown_number,
+)
 from sweeps.charts.missing import missing_notes, missing_points
-from sweeps.charts.styles import SINGLE, CurveStyle, hue_of, way_style
-from sweeps.figures.data import draw_measured
 from sweeps.figures.panels import Panel, facet_panels, label_axes
 from sweeps.figures.style import (
     has_small_print,
     line_at,
     line_of,
     make_logarithmic,
+    new_panels,
     palette,
     put_legend,
     put_note,
+    width_of,
 )
-from sweeps.grid import DIRECTION
+from sweeps.grid import CASE, DIRECTION
 from sweeps.human import counted
 
 if TYPE_CHECKING:
-    from sweeps.measurements import Measurements
+    from sweeps.measurements import Floats, Measurements
+
 
 _FEW = 20  # points that are worth a marker each
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points
@@ -175,3 +183,192 @@ def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line
         line = line_of(way_style(SINGLE, way))
         handles.append(Line2D([], [], **line, label=DIRECTIONS.get(way, way)))
     return handles
+
+
+# --- measured points over the curves of a sweep ---------------------------------------------------
+
+_SAME = 0.01  # relative: a measurement was made at the value of a panel or a curve
+
+
+def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) -> int:
+    """Draw the measured values of a panel's variable; return how many are of other parameters.
+
+    Each has the colour of the curve with its value of the hue, and is white without one. Raises
+    ValueError if the data do not have the parameter of the horizontal axis.
+    """
+    along = parameters_along(panel.dataset, axis.dim)
+    across = next((name for name in along if name in data.parameters), None)
+    if across is None:
+        raise ValueError(f"the data have no column {axis.dim}, which is the horizontal axis")
+    own = np.array([name == panel.variable for name in data.variable])
+    here = np.ones(data.rows, dtype=bool)
+    for name, values in data.parameters.items():
+        if name in panel.dataset.coords and panel.dataset[name].size == 1:
+            here &= _is_near(values, float(panel.dataset[name].values.item()))
+    left = own & here[data.row]
+    drawn = np.zeros_like(left)
+    hue = layout.hue if layout.hue in data.parameters else None
+    count = panel.dataset.sizes[hue] if hue else 1
+    for place in range(count):
+        on = left
+        if hue:
+            value = float(panel.dataset[hue].values[place])
+            on = left & _is_near(data.parameters[hue], value)[data.row]
+        colour = line_at(hue_of(hue, place, count)).colour if hue else "white"
+        _draw_points(panel, data, across, on, colour)
+        drawn |= on
+    return int((own & ~drawn).sum())
+
+
+def _draw_points(
+    panel: Panel, data: Measurements, across: str, on: np.ndarray, colour: str
+) -> None:
+    units = {"units": panel.dataset[panel.variable].attrs.get("units", "1")}
+    x = [shown_number(across, value).values for value in data.parameters[across][data.row[on]]]
+    measured, error = (
+        shown(xr.DataArray(values[on], dims="datum", attrs=units)).values
+        for values in (data.value, data.error)
+    )
+    panel.axes.errorbar(
+        x,
+        measured,
+        None if data.relative else error,
+        color=BLACK,  # edges and bars: they stand out from a curve of any colour, in grey as well
+        linestyle="none",
+        marker="o",
+        markersize=4.0,
+        markerfacecolor=colour,
+        markeredgewidth=0.8,
+        elinewidth=0.8,
+        zorder=4,
+    )
+
+
+def _is_near(values: Floats, value: float) -> np.ndarray:
+    near: np.ndarray = np.isclose(values, value, rtol=_SAME, atol=0.0)
+    return near
+
+
+# --- a fit: measurements and the fitted curve, and the residuals below ----------------------------
+
+_DATUM = "datum"
+_HEIGHT = 3.4  # inches
+_RATIOS = {"height_ratios": [3, 1]}
+
+
+class _FittedCurve(NamedTuple):
+    """A curve through some of the data: x of these, their numbers, and how it looks."""
+
+    x: Array
+    data: Array
+    style: CurveStyle
+
+
+def fit(ds: xr.Dataset) -> Figure:
+    """A column for each measured variable; data next to a jump are hollow.
+
+    Over the swept parameter, with a curve for each value of another; data that are no curve lie
+    over their numbers, with the fitted values as crosses.
+    """
+    names = list(dict.fromkeys(map(str, ds.datum_variable.values)))
+    sweep = ds.drop_dims([str(dim) for dim in ds.sizes if dim not in ds["status"].dims])
+    dims = [str(dim) for dim in ds["status"].dims]
+    figure, panels = new_panels(
+        2, len(names), (width_of(len(names)), _HEIGHT), sharex="col", gridspec_kw=_RATIOS
+    )
+    is_curve = bool(dims) and dims[0] != CASE
+    layout = Layout(x=dims[0], hue=dims[1] if dims[1:] else None) if is_curve else Layout()
+    for name, (above, below) in zip(names, panels.T, strict=True):
+        axis = axis_of(sweep, str(layout.x)) if is_curve else None
+        if axis is not None:
+            _draw_curves(above, sweep, layout, axis, name)
+        for part in _parts(ds, sweep, layout, name):
+            _draw_data(above, below, ds.isel({_DATUM: part.data}), part, crosses=axis is None)
+        below.margins(y=0.2)
+        below.axhline(0.0, color="0.5", linewidth=0.6)
+        below.set_xlabel(axis.label if axis else "number of the datum")
+        above.set_ylabel(shown_number(name, 0.0).label)
+        if axis and axis.geometric:
+            make_logarithmic(below, ["x"])
+    panels[1, 0].set_ylabel("residual\n(standard errors)")
+    figure.align_labels()
+    if layout.hue:
+        put_legend(figure, list(_fit_legend(sweep, layout.hue)))
+    put_note(figure, [_fitted(ds)])
+    return figure
+
+
+def _parts(ds: xr.Dataset, sweep: xr.Dataset, layout: Layout, name: str) -> Iterator[_FittedCurve]:
+    """Yield the data of a variable along each curve."""
+    own = ds.datum_variable.values == name
+    if layout.x is None:
+        yield _FittedCurve(1.0 + np.arange(own.sum()), np.flatnonzero(own), SINGLE)
+        return
+    count = sweep.sizes[layout.hue] if layout.hue else 1
+    for place in range(count):
+        on = own
+        if layout.hue:
+            on = own & (ds[f"{_DATUM}_{layout.hue}"].values == sweep[layout.hue].values[place])
+        x = ds[f"{_DATUM}_{layout.x}"].rename(layout.x)[on]
+        yield _FittedCurve(
+            shown(x).values, np.flatnonzero(on), line_at(hue_of(layout.hue, place, count))
+        )
+
+
+def _draw_curves(axes: Axes, sweep: xr.Dataset, layout: Layout, axis: Axis, name: str) -> None:
+    colours = palette()
+    for curve in curves_of(sweep.isel({axis.dim: axis.order}), layout, axis, name):
+        x, y = break_line(axis, curve.values, curve.jumps)
+        style = curve.style(colours)
+        axes.plot(x, y, **line_of(style))
+        draw_jumps(axes, axis, curve, style.colour)
+
+
+def _draw_data(
+    above: Axes, below: Axes, data: xr.Dataset, part: _FittedCurve, *, crosses: bool
+) -> None:
+    units = {"units": RESULTS[str(data.datum_variable.values[0])].units} if part.data.size else {}
+    measured, error, fitted = (
+        shown(xr.DataArray(data[name].values, dims=_DATUM, attrs=units)).values
+        for name in ("measured_value", "measured_error", "fitted_value")
+    )
+    look: dict[str, Any] = {"color": part.style.colour, "linestyle": "none", "markersize": 3.5}
+    at_jump = data.datum_at_jump.values == 1
+    for hollow, fill in ((False, part.style.colour), (True, "white")):
+        own = at_jump == hollow
+        if not own.any():
+            continue
+        dots: dict[str, Any] = {"marker": "o", "markerfacecolor": fill, "zorder": 4}
+        above.errorbar(part.x[own], measured[own], error[own], elinewidth=0.8, **look, **dots)
+        below.plot(part.x[own], data.residual.values[own], **look, **dots)
+    if crosses:
+        above.plot(part.x, fitted, **(look | {"marker": "x", "zorder": 5}))
+
+
+def _fit_legend(sweep: xr.Dataset, hue: str) -> Iterator[Line2D]:
+    count = sweep.sizes[hue]
+    for place in range(count):
+        label = legend_label(sweep, hue, place)
+        yield Line2D([], [], **line_of(line_at(hue_of(hue, place, count))), label=label)
+
+
+def _fitted(ds: xr.Dataset) -> str:
+    """Return the fitted values as a sentence, each with the digits that its error leaves it."""
+    words = []
+    for name in map(str, ds.free_parameter.values):
+        own = ds.sel(free_parameter=name)
+        value, error = float(own.parameter_value), float(f"{own.parameter_standard_error:.2g}")
+        if np.isfinite(error) and error > 0:
+            digits = 1 - math.floor(math.log10(error))  # two of the error
+            equation = shown_number(name, round(value, digits)).equation
+            number, space, units = equation.partition("$ ")
+            words.append(
+                f"{number.rstrip('$')}$ ± {shown_number(name, error).number}{space[1:]}{units}"
+            )
+        else:
+            words.append(f"{shown_number(name, value).equation} (error unknown)")
+    reduced = float(ds.attrs["reduced_chi2"])
+    scatter = f"$\\chi^2$/dof {reduced:.3g}"
+    if str(ds.attrs.get("measurement_errors")).startswith("none"):
+        scatter = f"relative scatter {100 * np.sqrt(reduced):.2g}\u00a0%"
+    return f"Fitted: {', '.join(words)}; {scatter}."

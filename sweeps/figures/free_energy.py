@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from sweeps.charts.colours import BLUE, SKY, VERMILLION, CurveStyle, Hue
 from sweeps.charts.labels import Array, shown, slice_label
-from sweeps.charts.styles import BLUE, SKY, VERMILLION, CurveStyle, Hue
 from sweeps.figures.style import COLUMN, SMALL, TEXT, line_at, line_of, new_panels
 
 _HEIGHT, _TALL = 5.2, 7.4

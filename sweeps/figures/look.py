@@ -1,4 +1,4 @@
-"""How a picture is to look, beyond what it shows: size, limits, letters, title, small print."""
+"""The options of a picture: how it is to look, what is chosen of a sweep, and what lies over it."""
 
 from __future__ import annotations
 
@@ -7,12 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from string import ascii_lowercase
+from typing import TYPE_CHECKING
 
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm
 from matplotlib.figure import Figure
 
+from sweeps.charts.choice import Choice
 from sweeps.figures.style import Frame, put_title
+
+if TYPE_CHECKING:
+    from sweeps.measurements import Measurements
+
 
 Range = tuple[float | None, float | None]
 
@@ -134,3 +141,26 @@ def _name(panels: Sequence[Axes], first: str) -> None:
             ha="right",
             va="bottom",
         )
+
+
+@dataclass(frozen=True)
+class PlotOptions(Choice):
+    """A choice, `boundaries` to draw on a map, and `data` (measurements) to draw over curves.
+
+    The `look` changes nothing of that.
+    """
+
+    boundaries: xr.Dataset | None = None
+    data: Measurements | None = None
+    look: Look = field(default_factory=Look)
+
+    @property
+    def asks(self) -> bool:
+        """True if anything is chosen of what is to be drawn."""
+        return bool(self.variable) or bool(self.at) or self.asks_for_axes
+
+    @property
+    def asks_for_axes(self) -> bool:
+        """True if any option is chosen that only a picture of a sweep has."""
+        over = self.boundaries is not None or self.data is not None
+        return super().asks_for_axes or over

@@ -1,26 +1,102 @@
-"""Variables over two axes, or kinds of motion along one: coloured cells with named colours."""
+"""Variables over two axes, or kinds of motion along one: coloured cells, legends and borders."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.charts.axes import STRIP, Axis, axis_of, cell_edges
-from sweeps.charts.chart import Cells, cells_of
-from sweeps.charts.colours import colours_of
+from sweeps.charts.axes import STRIP, Axis, Layout, axis_of, cell_edges
+from sweeps.charts.chart import (
+    BORDER_STYLES,
+    Cells,
+    are_over,
+    border_axes,
+    border_parts,
+    cells_of,
+    place_elsewhere,
+)
+from sweeps.charts.colours import BLACK, GREY, Colours, colours_of
 from sweeps.charts.labels import Array
-from sweeps.charts.layout import Layout
 from sweeps.charts.missing import missing_notes
-from sweeps.figures.borders import border_legend, draw_borders
-from sweeps.figures.colours import Shades, draw_scale, legend_of, shades_of
 from sweeps.figures.panels import Panel, facet_panels, label_axes
-from sweeps.figures.style import make_logarithmic, put_legend, put_note
+from sweeps.figures.style import SMALL, make_logarithmic, name_ticks, put_legend, put_note
+
+
+class Shades(NamedTuple):
+    """Colours as the arguments of what is drawn; all that shares a scale has the same norm."""
+
+    cmap: Colormap
+    norm: Normalize
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of `pcolormesh` and `scatter`."""
+        return self._asdict()
+
+
+def shades_of(colours: Colours) -> Shades:
+    """Return the colours of a variable, in the settings of matplotlib."""
+    return Shades(_cmap(colours), _norm(colours))
+
+
+def _cmap(colours: Colours) -> Colormap:
+    """Return the colours of codes in order, or those of a scale of values."""
+    cmap = colormaps[mpl.rcParams["image.cmap"]]
+    if not colours.codes:
+        return cmap.with_extremes(bad=GREY)
+    count = len(colours.codes)
+    return ListedColormap(
+        colours.kinds if colours.is_named else list(cmap(np.linspace(0.0, 1.0, count)))
+    )
+
+
+def _norm(colours: Colours) -> Normalize:
+    """Return where each value lies on the scale."""
+    if colours.codes:
+        count = len(colours.codes)
+        return BoundaryNorm(np.arange(count + 1) - 0.5, count)
+    return (LogNorm if colours.log else Normalize)(colours.low, colours.high)
+
+
+def legend_of(colours: Colours) -> list[Line2D]:
+    """Return a square and a name for each kind; nothing for numbers, which have a scale."""
+    if not colours.is_named:
+        return []
+    squares = zip(colours.kinds, colours.names, strict=True)
+    return [
+        Line2D([], [], linestyle="none", marker="s", color=colour, label=label, markersize=6.0)
+        for colour, label in squares
+    ]
+
+
+def draw_scale(colours: Colours, shades: Shades, figure: Figure, beside: Sequence[Axes]) -> None:
+    """Draw a colour bar beside some panels, where the colours are numbers."""
+    if colours.is_named:
+        return
+    bar = figure.colorbar(
+        ScalarMappable(shades.norm, shades.cmap), ax=list(beside), pad=0.02, aspect=25
+    )
+    bar.set_label(colours.label)
+    if colours.log:
+        name_ticks(bar.ax.yaxis)
+    bar.ax.tick_params(direction="in", which="both")
+    bar.ax.yaxis.get_offset_text().set_fontsize(SMALL)
+    if colours.codes:
+        bar.set_ticks(list(range(len(colours.codes))), labels=colours.names)
+        bar.ax.tick_params(which="both", length=0)
+
+
+# --- maps -----------------------------------------------------------------------------------------
 
 
 def draw_maps(
@@ -73,7 +149,7 @@ def _draw_map(panel: Panel, chart: Cells, shades: Shades, *, parted: bool) -> No
         rasterized=True,  # thousands of cells as vectors make a slow file with hairlines
     )
     if chart.colours.codes and parted:
-        borders = _borders(np.ma.filled(chart.values, -1.0), *edges)
+        borders = _edges(np.ma.filled(chart.values, -1.0), *edges)
         panel.axes.add_collection(borders, autolim=False)
     panel.axes.tick_params(direction="out", which="both", top=False, right=False)
     make_logarithmic(panel.axes, ["x"] * across.geometric + ["y"] * up.geometric)
@@ -88,10 +164,53 @@ def _name_points(axes: Axes, across: Axis, up: Axis) -> None:
         axes.tick_params(axis="y", length=0)
 
 
-def _borders(codes: Array, x: Array, y: Array) -> LineCollection:
+def _edges(codes: Array, x: Array, y: Array) -> LineCollection:
     """The edges between cells (y, x) of different codes."""
     rows, columns = np.nonzero(codes[:, 1:] != codes[:, :-1])
     upright = [[(x[j + 1], y[i]), (x[j + 1], y[i + 1])] for i, j in zip(rows, columns, strict=True)]
     rows, columns = np.nonzero(codes[1:] != codes[:-1])
     level = [[(x[j], y[i + 1]), (x[j + 1], y[i + 1])] for i, j in zip(rows, columns, strict=True)]
     return LineCollection(upright + level, colors="black", linewidths=0.4, capstyle="projecting")
+
+
+# --- borders between kinds of motion --------------------------------------------------------------
+
+_BORDER_WIDTH = 1.0  # points: well above the 0.4 between pixels
+
+
+def draw_borders(panels: Iterable[Panel], borders: xr.Dataset, across: Axis, up: Axis) -> None:
+    """Draw the borders on those panels that have the values of the other parameters.
+
+    Raises ValueError if they are borders over other axes, or of no panel.
+    """
+    if not are_over(borders, across, up):
+        raise ValueError(
+            f"these are borders over {' and '.join(border_axes(borders))}: choose these axes"
+        )
+    parts = list(border_parts(borders, across.dim, up.dim))
+    lines = [places for places, _, _ in parts]
+    styles = [BORDER_STYLES[name] for _, _, name in parts]
+    elsewhere = ""
+    drawn = 0
+    for panel in panels:
+        if elsewhere := place_elsewhere(panel.dataset, borders):
+            continue
+        panel.axes.add_collection(
+            LineCollection(lines, colors=BLACK, linewidths=_BORDER_WIDTH, linestyles=styles),
+            autolim=False,
+        )
+        drawn += 1
+    if not drawn:
+        raise ValueError(elsewhere)
+
+
+def border_legend(borders: xr.Dataset) -> list[Line2D]:
+    """Return a line and a label for each type of border; nothing where all are of one."""
+    names = [name for _, _, name in border_parts(borders, *border_axes(borders))]
+    look: dict[str, Any] = {"color": BLACK, "linewidth": _BORDER_WIDTH}
+    shown_types = [name for name in BORDER_STYLES if name in names]
+    return [
+        Line2D([], [], label=f"border: {name}", **look | {"linestyle": BORDER_STYLES[name]})
+        for name in shown_types
+        if len(shown_types) > 1
+    ]

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps.charts.layout import MOST_FACETS, Layout, Selection, selections, thinned
+from sweeps.charts.axes import MOST_FACETS, Layout, Selection, selections, thinned
 from sweeps.figures.style import new_panels, width_of, wrapped
 
 _MOST_ROWS = 6  # rows of panels that still fit on a page

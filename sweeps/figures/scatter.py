@@ -11,15 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip.variables import canonical_name
-from sweeps.charts.at import slice_in_the_middle
 from sweeps.charts.axes import is_scattered
 from sweeps.charts.chart import Cloud, cloud_of
-from sweeps.charts.choice import Choice
-from sweeps.charts.colours import Colours, colours_of, is_discrete
+from sweeps.charts.choice import Choice, slice_in_the_middle
+from sweeps.charts.colours import BLACK, Colours, colours_of, is_discrete
 from sweeps.charts.labels import parameters_along
 from sweeps.charts.missing import missing_notes
-from sweeps.charts.styles import BLACK
-from sweeps.figures.colours import Shades, draw_scale, legend_of, shades_of
+from sweeps.figures.maps import Shades, draw_scale, legend_of, shades_of
 from sweeps.figures.style import PAGE, make_logarithmic, new_panels, put_legend, put_note, width_of
 from sweeps.grid import CASE
 

@@ -31,7 +31,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import LogFormatterSciNotation
 
-from sweeps.charts.styles import BLACK, CURVES, CurveStyle, Hue, Palette, curve_style
+from sweeps.charts.colours import BLACK, CURVES, CurveStyle, Hue, Palette, curve_style
 from sweeps.human import did_you_mean
 
 COLUMN = 3.4  # inches: one column of a journal

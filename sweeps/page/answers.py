@@ -1,4 +1,4 @@
-"""The answer to a request of the page: the motion at a point, and its numbers.
+"""The answer to a request of the page: the motion at a point, its numbers and its summary.
 
 It is a line of JSON for each thing that is to be told: what is waited for, then the motion.
 """
@@ -6,27 +6,46 @@ It is a line of JSON for each thing that is to be told: what is waited for, then
 from __future__ import annotations
 
 import base64
+import html
 import json
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from stickslip.kernels.interruption import checked_by
+from stickslip.orbit import Orbit
+from stickslip.parameters import Parameters
+from stickslip.regime import Regime
+from stickslip.status import Status
+from stickslip.symbols import as_html
 from stickslip.variables import PARAMETERS, RESULTS, canonical_name
-from sweeps.charts.labels import Array, shown_number
+from sweeps.charts.colours import code_name, kind_colour
+from sweeps.charts.labels import shown_number
 from sweeps.exits import ExpectedError
-from sweeps.page import address
-from sweeps.page.beginning import Beginning, Opened
-from sweeps.page.controls import complaint_of, settings_of
-from sweeps.page.motion import Motion, compute, failed, prepare
-from sweeps.page.orbit_figures import DRAWN, columns_of
-from sweeps.page.ranges import short_text
-from sweeps.page.summary import kept_html, summary_html
-from sweeps.page.texts import command_text, config_text
-from sweeps.page.turns import Turns, Void
+from sweeps.figure_table import AMPLITUDES
+from sweeps.page.controls import complaint_of, settings_of, short_text
+from sweeps.page.subject import (
+    ShownPoint,
+    Subject,
+    changes_of,
+    command_text,
+    config_text,
+    place_of,
+    point_of_address,
+)
+from sweeps.page.turns import (
+    Motion,
+    Turns,
+    Void,
+    capitalised,
+    columns_of,
+    compute,
+    drive_periods,
+    failed,
+    prepare,
+)
 from sweeps.points import periods_of
 
 TAB, NUMBER = "tab", "number"
@@ -34,7 +53,7 @@ TAB, NUMBER = "tab", "number"
 
 
 def answer_lines(
-    parts: Mapping[str, str], beginning: Beginning, turns: Turns
+    parts: Mapping[str, str], subject: Subject, turns: Turns
 ) -> Iterator[dict[str, Any]]:
     """Yield what a page is told that asks for a point: its state, and in the end what was found.
 
@@ -44,24 +63,27 @@ def answer_lines(
     own = {key: text for key, text in parts.items() if key not in (TAB, NUMBER)}
     try:
         number = int(parts.get(NUMBER, "0"))
-        opened = address.opened_by(own, beginning.result) if own else beginning.first
+        shown_point = point_of_address(own, subject.result) if own else subject.first
     except (ExpectedError, ValueError) as error:
-        yield {"state": "refused", "refused": _complaints(own), "sentence": str(error)}
+        names = {canonical_name(key) or key: text for key, text in own.items()}
+        complaints = {n: complaint_of(n, text) for n, text in names.items() if n in PARAMETERS}
+        refused = {name: why for name, why in complaints.items() if why}
+        yield {"state": "refused", "refused": refused, "sentence": str(error)}
         return
     try:
         yield {"state": "waiting"}
-        with turns.take(parts.get(TAB, ""), number) as turn, checked_by(turn.check):
+        with turns.take(parts.get(TAB, ""), number) as check, checked_by(check):
             yield {"state": "compiling"}
-            prepare(opened)
-            turn.check()
+            prepare(shown_point)
+            check()
             yield {"state": "computing"}
-            motion = compute(opened)
+            motion = compute(shown_point)
     except Void:
         yield {"state": "void"}
         return
     except Exception as error:  # noqa: BLE001 - a sentence on the page says it
-        motion = failed(opened, error)
-    yield {"state": "done", **point_data(opened, beginning.result), **motion_data(motion)}
+        motion = failed(shown_point, error)
+    yield {"state": "done", **point_data(shown_point, subject.result), **_motion_data(motion)}
 
 
 def as_json(data: Mapping[str, Any]) -> bytes:
@@ -69,52 +91,189 @@ def as_json(data: Mapping[str, Any]) -> bytes:
     return json.dumps(data, allow_nan=False, separators=(",", ":")).encode() + b"\n"
 
 
-def _complaints(parts: Mapping[str, str]) -> dict[str, str]:
-    """Return what is wrong with the values of parameters, by their full names."""
-    named = {canonical_name(key) or key: text for key, text in parts.items()}
-    found = {name: complaint_of(name, text) for name, text in named.items() if name in PARAMETERS}
-    return {name: why for name, why in found.items() if why}
-
-
-def point_data(opened: Opened, result: xr.Dataset | None) -> dict[str, Any]:
+def point_data(shown_point: ShownPoint, result: xr.Dataset | None) -> dict[str, Any]:
     """Return what the controls and the address of the page say of a point."""
-    parameters = opened.point.parameters._asdict()
+    parameters = shown_point.point.parameters._asdict()
     return {
-        "label": opened.label,
-        "parts": address.changes_of(opened),
-        "at": address.place_of(opened, result),
+        "label": shown_point.label,
+        "parts": changes_of(shown_point),
+        "at": place_of(shown_point, result),
         "texts": {name: short_text(value) for name, value in parameters.items()},
         "values": parameters,
-        "settings": settings_of(opened.config),
+        "settings": settings_of(shown_point.config),
     }
 
 
-def motion_data(motion: Motion) -> dict[str, Any]:
+def _motion_data(motion: Motion) -> dict[str, Any]:
     """Return what is drawn of a motion and said of it."""
-    orbit, opened = motion.orbit, motion.opened
-    found = orbit is not None and orbit.status.is_result
-    periods = periods_of(orbit) if found and orbit else 1
-    names = (*PARAMETERS, *(RESULTS if orbit else ()))
-    values = opened.point.parameters._asdict()
-    numbers = {name: values[name] if name in values else getattr(orbit, name) for name in names}
-    columns = {} if motion.courses is None else columns_of(motion.courses, DRAWN)
+    orbit, shown_point = motion.orbit, motion.shown_point
+    periods = periods_of(orbit) if orbit and orbit.status.is_result else 1
+    numbers = shown_point.point.parameters._asdict()
+    if orbit:
+        numbers |= {name: getattr(orbit, name) for name in RESULTS}
+    shown = {name: float(shown_number(name, float(v)).values) for name, v in numbers.items()}
+    columns = {} if motion.courses is None else columns_of(motion.courses)
+    # In single precision, which is more than a picture shows.
+    packed = {name: base64.b64encode(c.astype("<f4").tobytes()) for name, c in columns.items()}
     return {
-        "courses": {name: _packed(column) for name, column in columns.items()} or None,
-        "periods": motion.drive_periods,
-        "shown": {name: _shown(name, value) for name, value in numbers.items()},
+        "courses": {name: text.decode() for name, text in packed.items()} or None,
+        "periods": drive_periods(motion.courses),
+        "shown": {name: v if math.isfinite(v) else None for name, v in shown.items()},
         "summary": summary_html(motion),
-        "kept": kept_html(motion),
-        "config": config_text(opened, periods),
-        "command": command_text(opened, periods),
+        "kept": _kept_html(motion),
+        "config": config_text(shown_point, periods),
+        "command": command_text(shown_point, periods),
     }
 
 
-def _packed(column: Array) -> str:
-    """Return numbers in single precision, more than a picture shows, as base64."""
-    return base64.b64encode(column.astype("<f4").tobytes()).decode()
+# --- the summary of a point: amplitudes with their error, regime, status, other results -----------
+
+_SMALL_PART = 0.01  # of the full force: errors of smaller amplitudes are relative to it
+_FEWEST, _MOST = 2, 7  # digits of an amplitude
+_DIGITS = 3  # of everything else
+_TIMES = "\u00a0×\u00a0"  # a line does not break within a number
+
+# What is shown where it says something.
+_FURTHER = {
+    "amplitude_error": "stated relative error",
+    "orbit_periods": "closes after (periods)",
+    "periods_integrated": "periods integrated",
+    "floquet_multiplier": "Floquet multiplier |μ|",
+    "lyapunov_exponent": "Lyapunov exponent",
+    "melting_count": "meltings over the orbit",
+    "dissipated_energy": "energy dissipated per period",
+    "friction_force_in_phase": "force in phase with the drive F′",
+    "friction_force_out_of_phase": "force in phase with its velocity F″",
+    "friction_force_rms": "root mean square of the force",
+    "friction_force_mean_abs": "mean of |F|",
+    "solid_fraction": "solid fraction",
+    "asymmetry": "asymmetry",
+    "power_balance_error": "power balance error",
+}
 
 
-def _shown(name: str, value: Any) -> float | None:
-    """Return a value in the unit in which it is shown; None for none."""
-    number = float(np.float64(shown_number(name, float(value)).values))
-    return number if math.isfinite(number) else None
+def summary_html(motion: Motion) -> str:
+    """The summary of a motion."""
+    orbit = motion.orbit
+    if orbit is None:
+        return _paragraph("trouble", motion.trouble)
+    regime, status = Regime(orbit.regime), Status(orbit.status)
+    square = f'<span class="square" style="background:{kind_colour("regime", regime)}">'
+    name = code_name("regime", regime)
+    sentence = html.escape(status.sentence).replace("`", "")
+    parts = [
+        _amplitudes(motion, orbit),
+        f'<p>{square}</span><b data-name="regime">{name}</b>. {regime.sentence}</p>',
+        f'<p class="{"note" if status.is_result else "trouble"}">'
+        f'<b data-name="status">{code_name("status", status)}</b>. {sentence}</p>',
+    ]
+    if motion.trouble:
+        parts.append(_paragraph("trouble", motion.trouble))
+    elif not status.is_result:
+        parts.append(_paragraph("note", "Drawn is the motion from its start."))
+    notes = [*_comparison(motion), f"Computed in {1e3 * motion.seconds:.0f} ms."]
+    return "".join([*parts, _table(orbit), _paragraph("note", " ".join(notes))])
+
+
+def _amplitudes(motion: Motion, orbit: Orbit) -> str:
+    cells = [
+        f'<div><span class="symbol">{as_html(shown_number(name, 0.0).symbol)}</span> '
+        f'<span class="value" data-name="{name}">'
+        f"{amplitude_text(name, getattr(orbit, name), error)}</span></div>"
+        for name, error in absolute_errors(orbit, motion.shown_point.point.parameters).items()
+    ]
+    return f'<div class="amplitudes">{"".join(cells)}</div>'
+
+
+def _kept_html(motion: Motion) -> str:
+    """A motion that is kept for comparison, in a few words."""
+    shown_point, orbit = motion.shown_point, motion.orbit
+    parts = [f"Kept: {html.escape(shown_point.label)}"]
+    if orbit is not None:
+        parts += [
+            f"{as_html(shown_number(name, 0.0).symbol)} "
+            f"{amplitude_text(name, getattr(orbit, name), error)}"
+            for name, error in absolute_errors(orbit, shown_point.point.parameters).items()
+        ]
+        parts.append(code_name("regime", Regime(orbit.regime)))
+    return f'<p class="kept">{"; ".join(parts)}.</p>'
+
+
+def amplitude_text(name: str, value: float, error: float) -> str:
+    """An amplitude in the unit in which it is shown, with no more digits than its error allows.
+
+    `error` is absolute, in the unit of the value. What is not above it is unknown but for that.
+    """
+    if not math.isfinite(value):
+        return "—"
+    quantity, bound = shown_number(name, value), shown_number(name, error)
+    units = as_html(quantity.units)
+    if value <= error:
+        return f"below {_number(float(bound.values), _FEWEST)} {units}"
+    known = _MOST
+    if error > 0.0:
+        known = min(max(math.floor(math.log10(value / error)), _FEWEST), _MOST)
+    return f"{_number(float(quantity.values), known)} {units}"
+
+
+def absolute_errors(orbit: Orbit, p: Parameters) -> dict[str, float]:
+    """The stated error of both amplitudes; the comment of `amplitude_error` has the yardsticks."""
+    full = max(2 * p.spring_stiffness, p.block_mass * p.angular_frequency**2)
+    force = _SMALL_PART * full * abs(p.drive_amplitude)
+    yardsticks = dict(zip(AMPLITUDES, (force / p.contact_area, force), strict=True))
+    return {
+        name: orbit.amplitude_error * max(getattr(orbit, name), least)
+        for name, least in yardsticks.items()
+    }
+
+
+def _table(orbit: Orbit) -> str:
+    """The further results that exist for this orbit."""
+    values = {name: getattr(orbit, name) for name in _FURTHER}
+    rows = [
+        f'<div>{_FURTHER[name]}</div><div class="value" data-name="{name}">'
+        f"{_value(name, value, getattr(orbit, f'{name}_error', 0.0))}</div>"
+        for name, value in values.items()
+        if math.isfinite(value) and value != RESULTS[name].missing
+    ]
+    return f'<div class="table">{"".join(rows)}</div>'
+
+
+def _value(name: str, value: float, error: float) -> str:
+    if RESULTS[name].dtype == "i4":
+        return code_name(name, int(value))
+    quantity = shown_number(name, value)
+    number = _number(float(quantity.values), _DIGITS)
+    if error:
+        number += f" ±\u00a0{_number(float(shown_number(name, error).values), _FEWEST)}"
+    return f"{number} {as_html(quantity.units)}".rstrip()
+
+
+def _number(value: float, digits: int) -> str:
+    if value == 0.0:
+        return "0"
+    mantissa, _, exponent = f"{value:#.{digits}g}".partition("e")
+    power = f"{_TIMES}10<sup>{int(exponent)}</sup>" if exponent else ""
+    return f"{mantissa.rstrip('.')}{power}".replace("-", "−")
+
+
+def _comparison(motion: Motion) -> list[str]:
+    """Return the comparison with the file, for a point of a file."""
+    point = motion.shown_point.point
+    if not point.stored or motion.trouble:
+        return []
+    if point.status is Status.PENDING:
+        return ["The file has not computed this point yet."]
+    if point.status is Status.INTERPOLATED:
+        return ["The file has interpolated this point; here it is computed."]
+    differences = point.differences()
+    if not differences:
+        return ["The same numbers as in the file, to the last bit."]
+    values = [f"{name} is {stored:.7g} in the file" for name, (stored, _) in differences.items()]
+    more = f" and {len(values) - 3} more" if len(values) > 3 else ""
+    versions = [f"{capitalised(text)}." for text in point.versions]
+    return [f"Not as in the file: {'; '.join(values[:3])}{more}.", *versions]
+
+
+def _paragraph(kind: str, text: str) -> str:
+    return f'<p class="{kind}">{html.escape(text)}</p>'

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from html import escape
 from typing import Any
+
+import numpy as np
 
 from stickslip.options import FRICTION_LAWS, METHODS, NOISE_TREATMENTS, STRAINS
 from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, ParameterVariable
+from sweeps.charts.axes import is_geometric
 from sweeps.charts.labels import typeset_units
 from sweeps.config.load import Config
 from sweeps.config.numbers import number
-from sweeps.page.ranges import Scale, exact_text
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "": (
@@ -128,3 +133,142 @@ def _help(parameter: ParameterVariable) -> str:
     default = f"{exact_text(parameter.default)} {plain(units_of(parameter))}".strip()
     comment = f" ({parameter.comment})" if parameter.comment else ""
     return f"{parameter.name}: {parameter.meaning}{comment}; in the paper {default}"
+
+
+# --- the values that a slider reaches, and their texts --------------------------------------------
+
+_STEPS = 200  # a linear slider has this many steps, or up to five times as many
+_DECADE = 100  # steps of a logarithmic slider over a factor of ten
+_DIGITS = 4  # of the values of a logarithmic slider
+_WIDE = 100.0  # a slider without a range of its own reaches this many times the default, and a part
+_LARGEST_DENOMINATOR, _LARGEST_FRACTION = 12, 2  # beyond, a decimal is easier to read
+_LONGEST = 9  # letters that a box shows
+_SMALL = 1e-3  # below it a number is written with an exponent
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The values `lower` to `upper` of a slider, which stands at positions."""
+
+    lower: float
+    upper: float
+    logarithmic: bool = False
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The first and the last position."""
+        return self._place(self.lower), self._place(self.upper)
+
+    @property
+    def step(self) -> float:
+        """The distance between neighbouring positions."""
+        if self.logarithmic:
+            return 1.0 / _DECADE
+        fine = (self.upper - self.lower) / _STEPS
+        power = 10.0 ** math.floor(math.log10(fine))
+        return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= fine * 1.001)
+
+    def position(self, value: float) -> float:
+        """Return the position of the slider for a value; an end for values beyond it."""
+        low, high = self.ends
+        if self.logarithmic and value <= 0.0:
+            return low
+        return min(max(self._place(value), low), high)
+
+    def value(self, position: float) -> float:
+        """The value at a position, as round as its distance to the next one allows."""
+        if position in self.ends:
+            return self.lower if position == self.ends[0] else self.upper
+        if self.logarithmic:
+            return float(f"{10.0**position:.{_DIGITS - 1}e}")
+        decimals = max(0, -math.floor(math.log10(self.step)))
+        return round(round(position / self.step) * self.step, decimals)
+
+    def reaching(self, value: float) -> Scale:
+        """Return this slider, or a longer one of the same kind that reaches a value."""
+        if self.logarithmic and value <= 0.0:
+            return self
+        return replace(self, lower=min(self.lower, value), upper=max(self.upper, value))
+
+    def _place(self, value: float) -> float:
+        return math.log10(value) if self.logarithmic else value
+
+
+# Where a lubricant may be looked for; the paper's values lie well inside.
+_SCALES = {
+    "temperature": Scale(100.0, 350.0),
+    "viscosity_coefficient": Scale(1e3, 1e7, logarithmic=True),
+    "spring_stiffness": Scale(10.0, 1e5, logarithmic=True),
+    "rheological_index": Scale(-0.95, 1.0),
+    "angular_frequency": Scale(0.1, 1e3, logarithmic=True),
+    "drive_amplitude": Scale(1e-8, 1e-4, logarithmic=True),
+    "initial_displacement": Scale(-2e-6, 2e-6),
+    "initial_velocity": Scale(-2e-5, 2e-5),
+    "initial_order_parameter": Scale(0.0, 1.0),
+    "critical_temperature": Scale(200.0, 400.0),
+    "noise_intensity": Scale(1e-30, 1e-6, logarithmic=True),
+}
+
+
+def scale_of(name: str) -> Scale:
+    """The slider of a parameter; of one without a range of its own, from its default."""
+    if name in _SCALES:
+        return _SCALES[name]
+    parameter = PARAMETERS[name]
+    if parameter.default > 0.0 and parameter.lower >= 0.0:
+        return Scale(parameter.default / _WIDE, parameter.default * _WIDE, logarithmic=True)
+    reach = _WIDE * abs(parameter.default) or 1.0
+    return Scale(max(-reach, parameter.lower), min(reach, parameter.upper))
+
+
+def scale_of_axis(name: str, values: Sequence[float]) -> Scale:
+    """The slider of a parameter that a sweep varies: from its first to its last value."""
+    ordered = np.unique(np.array(values, dtype=float))
+    low, high = float(ordered[0]), float(ordered[-1])
+    if low == high:
+        return scale_of(name).reaching(low)
+    wanted = scale_of(name).logarithmic and low > 0.0 and not _is_even(ordered)
+    return Scale(low, high, logarithmic=wanted or is_geometric(ordered))
+
+
+def scales_of(axes: Mapping[str, Sequence[float]]) -> dict[str, Scale]:
+    """The slider of each parameter; `axes` are the values of those that a sweep varies."""
+    return {
+        name: scale_of_axis(name, axes[name]) if name in axes else scale_of(name)
+        for name in PARAMETERS
+    }
+
+
+def exact_text(value: float) -> str:
+    """A number as short as it can be written, and read again as the same: `8e-7`, `-2/3`."""
+    short = _rounded(value)
+    if float(short) == value:
+        return short
+    fraction = Fraction(value).limit_denominator(_LARGEST_DENOMINATOR)
+    if abs(fraction) < _LARGEST_FRACTION and float(fraction) == value:
+        return str(fraction)
+    return _tidied(repr(value))
+
+
+def short_text(value: float) -> str:
+    """A number as a box shows it: `exact_text`, or its first six digits where that is too long."""
+    exact = exact_text(value)
+    return exact if len(exact) <= _LONGEST else _rounded(value)
+
+
+def _rounded(value: float) -> str:
+    """The first six digits of a number."""
+    return _tidied(f"{value:.5e}" if 0.0 < abs(value) < _SMALL else f"{value:.6g}")
+
+
+def _tidied(written: str) -> str:
+    """A number without zeros at the end of its digits and the subject of its exponent."""
+    mantissa, _, exponent = written.partition("e")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    return f"{mantissa}e{int(exponent)}" if exponent else mantissa
+
+
+def _is_even(ordered: np.ndarray) -> bool:
+    """Tell whether sorted values, at least three, have a common step."""
+    steps = np.diff(ordered)
+    return len(ordered) > 2 and bool(np.allclose(steps, steps.mean(), rtol=1e-6, atol=0.0))

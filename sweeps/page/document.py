@@ -1,21 +1,63 @@
-"""A page in one file: its parts put together, its scripts and styles inside of it."""
+"""From a result to the text of its page: one file, with its scripts and styles inside of it."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import itertools
 import json
 import re
-from collections.abc import Iterable, Mapping
+import shlex
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
 from typing import Any
 
+import xarray as xr
 from bokeh.document import Document
+from bokeh.layouts import column
 from bokeh.models import Model
+from bokeh.resources import Resources
 
-from sweeps.page.library import library
+from stickslip.symbols import as_html, plain
+from stickslip.variables import PARAMETERS
+from sweeps.charts.axes import axis_of
+from sweeps.charts.chart import border_axes, require_borders_of
+from sweeps.charts.choice import data_of, slice_at
+from sweeps.charts.colours import Colours
+from sweeps.files.datasets import content_hash
+from sweeps.human import counted, size_text
+from sweeps.page import MOST_ORBITS, MOST_POINTS, ReportError, facts
+from sweeps.page.answers import point_data
+from sweeps.page.chosen_orbits import (
+    Numbers,
+    chosen_points,
+    packed_orbits,
+    places_of,
+    start_along,
+)
+from sweeps.page.controls import controls_html, scales_data, units_of
+from sweeps.page.drawing import CROSSES, motion_figures
+from sweeps.page.script_data import (
+    called,
+    parameter,
+    parameters_of,
+    sources,
+    variable,
+    variables_of,
+)
+from sweeps.page.sheets import (
+    Sheet,
+    View,
+    mappers_of,
+    ordered,
+    sheets_along,
+    sheets_of,
+    views_of,
+)
+from sweeps.page.subject import Subject
+from sweeps.points import point_of
 
 MODULES = (
     *("data", "charts", "words", "motion", "blocks"),
@@ -25,15 +67,295 @@ MODULES = (
 
 _NUMBER = re.compile(r'(?<="id":)"p\d+"')
 
+_PORTRAIT, _SERVED_PORTRAIT = 440, 290  # pixels high
+_CHOSEN = (
+    " with an orbit in this page: first that at which it opens and those without a result, then "
+    "both sides of the boundaries between regimes, then an even spread."
+)
 
-def page(
+# Of a page without a result: its places in the template, and what its script works with.
+_PARTS = (
+    *("summary", "warnings", "failures", "counts", "error", "fixed", "provenance", "config"),
+    *("look", "view_options", "variable_options", "sliders", "readout", "mode", "parameters"),
+)
+_EMPTY: dict[str, Any] = {
+    "views": [],
+    "along": [],
+    "crosses": CROSSES,
+    "axes": [],
+    "start": [],
+    "parameters": [],
+    "variables": [],
+    "replay": "",
+    "orbits": [],
+}
+
+
+def page_of(
+    ds: xr.Dataset,
+    *,
+    name: str,
+    at: Sequence[str] = (),
+    orbits: int = MOST_ORBITS,
+    workers: int | None = None,
+    warning: str = "",
+    borders: xr.Dataset | None = None,
+    on_orbit: Callable[[int, int], None] = lambda *_: None,
+) -> bytes:
+    """Return a page to look around in a result.
+
+    Parameters
+    ----------
+    ds
+        The result of a sweep.
+    name
+        What the result is called on the page: the name of its file.
+    at
+        Texts such as `temperature=228`: only the nearest points of those axes.
+    orbits
+        How many points at most have their orbit in the page; it is computed again.
+    workers
+        Threads that compute the orbits; 2 where it is left out.
+    warning
+        A sentence about the result that a reader of the page must know.
+    borders
+        What `StickslipAccessor.boundaries` returns, drawn on the map over their axes.
+    on_orbit
+        Called with the number of finished orbits, and of all, in any thread: with 0 before the
+        first, which needs its kernels compiled.
+
+    Raises
+    ------
+    ReportError
+        `ds` is no result of a sweep, or has too many points for a page; `at` names no points; the
+        borders are of another map.
+    """
+    part, where = _part_of(ds, name, at)
+    if borders is not None:
+        _refuse_other_borders(part, borders)
+    part = ordered(part)
+    chosen = chosen_points(part, orbits)
+    count = itertools.count()
+    if chosen.size:
+        on_orbit(next(count), chosen.size)
+    courses, found = packed_orbits(
+        part, chosen, workers=workers, on_motion=lambda: on_orbit(next(count), chosen.size)
+    )
+    parts, data, hosts = _of_result(part, name, at, borders, courses, with_orbits=bool(found))
+    data["orbits"] = found
+    hosts |= _motion_hosts(_PORTRAIT) if found else {}
+    warnings = [warning, *_versions(part, chosen)]
+    parts |= _facts(part, ds, name, as_html(where), warnings)
+    parts |= _hints(f"{counted(chosen.size, 'point')}{_CHOSEN}", with_orbits=bool(found))
+    return _page(str(ds.attrs.get("title", name)), parts, data, hosts)
+
+
+def served(subject: Subject) -> bytes:
+    """Return the HTML of the page that asks the process which serves it for orbits."""
+    result, data, hosts = subject.result, dict(_EMPTY), dict[str, Model]()
+    parts = dict.fromkeys(_PARTS, "")
+    if result is not None:
+        part = ordered(_part_of(result, subject.name, ())[0])
+        more, data, hosts = _of_result(part, subject.name, (), subject.borders, with_orbits=True)
+        parts |= more | _facts(part, result, subject.name, "", ())
+    data["live"] = {
+        "first": point_data(subject.first, result),
+        "scales": scales_data(subject.scales),
+        "units": {name: as_html(units_of(PARAMETERS[name])) for name in PARAMETERS},
+    }
+    parts |= _hints("", with_orbits=True)
+    parts |= {
+        "warnings": "".join(f'<p class="warning">{escape(note)}</p>' for note in subject.notes),
+        "mode": "live" if result is not None else "live alone",
+        "parameters": controls_html(subject.first.config),
+        "look": parts["look"] if result is not None else "absent",
+    }
+    title = " - ".join(filter(None, ["stickslip explore", subject.name]))
+    return _page(title, parts, data, hosts | _motion_hosts(_SERVED_PORTRAIT), served=True)
+
+
+def _part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str]:
+    """Return the points of a result that the page is of, and where they are; raises ReportError."""
+    if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
+        raise ReportError(
+            f"{name} holds no result of a sweep, of which a page is made; `stickslip plot` draws "
+            "trajectories and fits, and --boundaries adds borders to the page of their map"
+        )
+    try:
+        part, where = slice_at(ds.squeeze(), at)
+    except ValueError as error:
+        raise ReportError(str(error)) from None
+    points = part["status"].size
+    if points > MOST_POINTS:
+        longest = max(part.sizes, key=lambda dim: part.sizes[dim])
+        raise ReportError(
+            f"{name} has {points} points, and a page holds {MOST_POINTS}: show a slice of it, "
+            f"for example with --at {longest}={part[longest].values[0]}"
+        )
+    return part, where
+
+
+def _refuse_other_borders(part: xr.Dataset, borders: xr.Dataset) -> None:
+    """Raise ReportError if borders are not those of the map that the page is of."""
+    try:
+        require_borders_of(part, borders)
+    except ValueError as error:
+        raise ReportError(plain(str(error))) from None
+    if further := sorted(set(map(str, part.sizes)) - set(border_axes(borders))):
+        raise ReportError(
+            f"borders are those of one map, and {further[0]} has {part.sizes[further[0]]} values "
+            f"here: choose one, for example with --at {further[0]}={part[further[0]].values[0]}"
+        )
+
+
+def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:
+    """Return what may make the orbits of the page differ from the numbers of the file."""
+    if not chosen.size:
+        return []
+    (place,) = places_of(ds, chosen[:1])
+    reasons = "; ".join(point_of(ds.isel(place)).versions)
+    return [f"The orbits were computed anew, and may differ: {reasons}."] if reasons else []
+
+
+def _of_result(
+    ds: xr.Dataset,
+    name: str,
+    at: Sequence[str],
+    borders: xr.Dataset | None,
+    others: Sequence[Model] = (),
+    *,
+    with_orbits: bool,
+) -> tuple[dict[str, str], dict[str, Any], dict[str, Model]]:
+    """Return controls and tables, what the script works with, and the places of the charts."""
+    views, variables = views_of(ds), variables_of(ds)
+    dims = list(map(str, ds["status"].dims))
+    charts, hosts = _charts(ds, views, variables, others, borders)
+    # Where several values keep an axis, the point that is pinned has its own.
+    sliced = [word for text in at if "," not in text for word in ("--at", text)]
+    data = _EMPTY | charts
+    data |= {
+        "axes": [_axis(ds, dim) for dim in dims],
+        "start": [start_along(ds, dim) for dim in dims],
+        "parameters": [parameter(ds, name) for name in parameters_of(ds)],
+        "variables": [variable(ds, name, colours) for name, colours in variables.items()],
+        "replay": escape(shlex.join(["stickslip", "replay", name, *sliced])),
+    }
+    parts = {
+        "look": "" if views else "absent" if with_orbits else "single",
+        "view_options": _options({view.key: view.label for view in views}),
+        "variable_options": _options({name: name.replace("_", " ") for name in variables}),
+        "sliders": "".join(_slider(ds, dim) for dim in dims),
+        "readout": facts.readout_table(ds, parameters_of(ds), variables),
+    }
+    return parts, data, hosts
+
+
+def _charts(
+    ds: xr.Dataset,
+    views: Sequence[View],
+    variables: Mapping[str, Colours],
+    others: Sequence[Model],
+    borders: xr.Dataset | None,
+) -> tuple[dict[str, Any], dict[str, Model]]:
+    """Return what the script knows of the charts, and the places for one figure at a time.
+
+    All figures, and the sources that fill them, are the tags of a place: they come along with it.
+    """
+    mappers = mappers_of(variables)
+    of_views = [dict(sheets_of(ds, view, variables, mappers, borders)) for view in views]
+    dims = dict.fromkeys(d for v in views if v.kind == "map" for d in (v.across, v.up) if d)
+    along = {dim: dict(sheets_along(ds, dim, variables, mappers)) for dim in dims}
+    sheets = [sheet for scales in (*of_views, *along.values()) for sheet in scales.values()]
+    figures = {sheet.about["figure"]: sheet.figure for sheet in sheets}
+    places = {
+        name: column(sizing_mode="stretch_width") for name in ("picture", "along-x", "along-y")
+    }
+    places["picture"].tags = [*figures.values(), mappers["linear"], mappers["log"]]
+    places["picture"].tags += [*sources(ds, variables), *others]
+    lines = [_about(along[dim]) if dim in along else None for dim in ds["status"].dims]
+    return {"views": list(map(_about, of_views)), "along": lines}, places
+
+
+def _about(scales: Mapping[str, Sheet]) -> dict[str, Any]:
+    return {scale: sheet.about for scale, sheet in scales.items()}
+
+
+def _motion_hosts(height: int) -> dict[str, Model]:
+    portrait, courses = motion_figures(height)
+    return {"portrait": portrait, "courses": column(*courses, sizing_mode="stretch_width")}
+
+
+def _axis(ds: xr.Dataset, dim: str) -> dict[str, Any]:
+    """Return what the script knows of an axis; points that have names lie on no scale."""
+    is_number = dim in PARAMETERS and not axis_of(ds, dim, named=True).names
+    return {"name": dim, "called": called(dim), "size": ds.sizes[dim], "isNumber": is_number}
+
+
+def _facts(
+    part: xr.Dataset, ds: xr.Dataset, name: str, where: str, warnings: Sequence[str]
+) -> dict[str, str]:
+    """Return the words of the page, as HTML; `part` is what it shows of `ds`, and `where`."""
+    sizes = " × ".join(f"{str(dim).replace('_', ' ')} {n}" for dim, n in part.sizes.items())
+    summary = f"{name}: {counted(part['status'].size, 'point')}" + (f" ({sizes})" if sizes else "")
+    attributes = [(key, ds.attrs[key]) for key in ds.attrs if key not in ("config", "title")]
+    dims = ", ".join(f"{dim} {n}" for dim, n in ds.sizes.items()) or "none"
+    size = size_text(sum(variable.nbytes for variable in ds.variables.values()))
+    content = [("dimensions", dims), ("size in memory", size), ("content_sha256", content_hash(ds))]
+    return {
+        "summary": escape(summary) + (f". {where}" if where else ""),
+        "warnings": "".join(f'<p class="warning">{escape(line)}</p>' for line in warnings if line),
+        "failures": facts.failures_table(part),
+        "counts": facts.counts_table(part),
+        "error": facts.largest_error(part),
+        "fixed": facts.fixed_parameters(part),
+        "provenance": facts.provenance_table([*content, *attributes]),
+        "config": facts.config_text(str(ds.attrs["config"])),
+        "mode": "",
+        "parameters": "",
+    }
+
+
+def _hints(orbits: str, *, with_orbits: bool) -> dict[str, str]:
+    """Return what the reader is told of keys and orbits, and whether there are any of these."""
+    hint = "Point to see the numbers of a point; click or tap to pin it"
+    keys = (
+        "Arrow keys move the pin, Esc releases it. The address of the page links to what it shows."
+    )
+    nearest = " and to draw the orbit of the nearest point of its kind that has one"
+    computed = " and to compute its orbit"
+    of_orbits = (nearest if orbits else computed) if with_orbits else ""
+    return {
+        "orbit": "" if with_orbits else "absent",
+        "marks": "" if orbits and with_orbits else "absent",
+        "hint": f"{hint}{of_orbits}. {keys}",
+        "orbits": orbits,
+    }
+
+
+def _options(texts: Mapping[str, str]) -> str:
+    """Return the options of a menu, by what they are called in the address of the page."""
+    lines = (f'<option value="{key}">{escape(text)}</option>' for key, text in texts.items())
+    return "".join(lines)
+
+
+def _slider(ds: xr.Dataset, dim: str) -> str:
+    ends = f'min="0" max="{ds.sizes[dim] - 1}" value="{start_along(ds, dim)}"'
+    name = escape(dim)
+    label = f'<label>{name.replace("_", " ")}<input type="range" name="{name}" {ends}></label>'
+    return f'<div hidden>{label}<output aria-live="off"></output></div>'
+
+
+# --- the file -------------------------------------------------------------------------------------
+
+
+def _page(
     title: str,
     parts: Mapping[str, str],
     data: Mapping[str, Any],
     hosts: Mapping[str, Model],
     *,
     served: bool = False,
-) -> str:
+) -> bytes:
     """Return the HTML of a page.
 
     `title` is a text and `parts` are HTML, by their names in `page.html`; `data` is what the
@@ -42,17 +364,22 @@ def page(
     The page may not fetch anything but, where it is `served`, from who serves it: a
     Content-Security-Policy forbids it, as it forbids all scripts but these.
     """
-    scripts = [library("bokeh"), script()]
-    document = _document_of(hosts.values())
+    document = Document()
+    with document.models.freeze():  # or all models would be looked for with each root
+        for root in hosts.values():
+            document.add_root(root)
+    drawn = dict(document.to_json(deferred=False))
+    library, own = _library(), script()
     filled = {
         "title": escape(title),
-        "policy": policy(scripts, served=served),
+        "policy": _policy([library, own], served=served),
         "style": _read("page.css"),
-        "data": _script_json({**data, "document": document, "hosts": list(hosts)}),
-        "library": scripts[0],
-        "script": scripts[1],
+        "data": _script_json({**data, "document": drawn, "hosts": list(hosts)}),
+        "library": library,
+        "script": own,
     }
-    return Template(_read("page.html")).substitute(filled | dict(parts))
+    text = Template(_read("page.html")).substitute(filled | dict(parts))
+    return text.encode("utf-8", errors="backslashreplace")  # the name of a file need not be text
 
 
 def script() -> str:
@@ -61,12 +388,15 @@ def script() -> str:
     return f'(() => {{\n"use strict";\n{modules}}})();\n'
 
 
-def _document_of(roots: Iterable[Model]) -> dict[str, Any]:
-    document = Document()
-    with document.models.freeze():  # or all models would be looked for with each root
-        for root in roots:
-            document.add_root(root)
-    return dict(document.to_json(deferred=False))
+def _library() -> str:
+    """Return BokehJS, as one script.
+
+    It tells the console of what goes wrong alone: Bokeh tells it of each of its steps too, and
+    of the level of its log.
+    """
+    text = "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw)
+    text = text.replace('Bokeh.set_log_level("info");', 'Bokeh.logger.set_level("warn");')
+    return text.replace('console.log("Bokeh items were rendered successfully")', "0")
 
 
 def _script_json(data: Any) -> str:
@@ -80,24 +410,19 @@ def _script_json(data: Any) -> str:
     return _NUMBER.sub(lambda found: numbers.setdefault(found[0], f'"p{len(numbers)}"'), text)
 
 
-def policy(scripts: list[str], *, served: bool) -> str:
+def _policy(scripts: Iterable[str], *, served: bool) -> str:
     """Return what the page may do, as a Content-Security-Policy."""
-    fetched = "'self'" if served else "'none'"
-    allowed = " ".join(f"'sha256-{_digest(script)}'" for script in scripts)
+    digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()) for text in scripts]
     rules = (
         "default-src 'none'",
-        f"script-src {allowed}",
+        "script-src " + " ".join(f"'sha256-{digest.decode()}'" for digest in digests),
         "style-src 'unsafe-inline'",  # bokeh styles each of its elements as it makes them
         "img-src data: blob:",
-        f"connect-src {fetched}",
+        "connect-src 'self'" if served else "connect-src 'none'",
         "base-uri 'none'",
         "form-action 'none'",
     )
     return "; ".join(rules)
-
-
-def _digest(script: str) -> str:
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
 def _read(name: str) -> str:

@@ -1,35 +1,162 @@
-"""The figure of a chart. What may change on it is found by the names of its renderers.
-
-They are `cells` of a map or of points; of curve 0 `curve 0` with its points, `jumps 0` and
-`missing 0`; and `mark`, the ring around the point that is open.
-"""
+"""The figures of a page: of charts, of borders on maps, and of the motion at a point."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Range1d
+import xarray as xr
+from bokeh.models import (
+    BasicTickFormatter,
+    ColorBar,
+    ColorMapper,
+    ColumnDataSource,
+    DataRange1d,
+    FixedTicker,
+    HoverTool,
+    Legend,
+    LegendItem,
+    LinearColorMapper,
+    LogAxis,
+    LogColorMapper,
+    Range1d,
+    Span,
+)
+from bokeh.palettes import Viridis256
 from bokeh.plotting import figure
 
 from stickslip.symbols import plain
 from sweeps.charts.axes import STRIP, Axis, ends_of
-from sweeps.charts.chart import Cells, Chart, Cloud, Curves
-from sweeps.charts.colours import Colours
-from sweeps.charts.curves import Curve
-from sweeps.charts.jumps import break_line
-from sweeps.charts.styles import BLACK
-from sweeps.page.scales import (
-    PALETTE,
-    add_colour_bar,
-    line_style,
-    mapper_of,
-    name_ticks,
-    new_figure,
-    put_legend_above,
-    put_round_ticks,
+from sweeps.charts.chart import (
+    BORDER_STYLES,
+    Cells,
+    Chart,
+    Cloud,
+    Curve,
+    Curves,
+    border_parts,
+    break_line,
 )
+from sweeps.charts.colours import (
+    BLACK,
+    CURVES,
+    GREY,
+    VERMILLION,
+    Colours,
+    CurveStyle,
+    Palette,
+    code_name,
+)
+from sweeps.charts.courses import ALONE
+from sweeps.charts.labels import shown
+from sweeps.page.turns import COURSES, DRAWN
+
+_DECADES = 4  # of an axis on which 2 and 5 are named too
+_TEN = 9.9  # powers of ten alone follow one another by no less
+_PIXELS = 96.0 / 72.0  # of a screen, in a point of a printed picture
+
+
+def new_figure(**settings: Any) -> figure:
+    """Return an empty figure in the style of the pages, as wide as its place."""
+    empty = figure(
+        sizing_mode="stretch_width",
+        tools="pan,box_zoom,wheel_zoom,reset,save",
+        toolbar_location="right",
+        output_backend="canvas",
+        min_border_left=60,  # panels above one another begin together
+        **settings,
+    )
+    empty.toolbar.update(logo=None, autohide=True)
+    empty.grid.grid_line_alpha = 0.4
+    for axis in empty.axis:
+        axis.update(axis_label_text_font_style="normal", axis_label_text_font_size="14px")
+        axis.update(major_label_text_font_size="12px", axis_label_standoff=4)
+        axis.update(minor_tick_line_color=None)
+        if not isinstance(axis, LogAxis):
+            axis.formatter = BasicTickFormatter(power_limit_low=-4, power_limit_high=7)
+    for ends in (empty.x_range, empty.y_range):
+        if isinstance(ends, DataRange1d):
+            ends.only_visible = True
+    return empty
+
+
+def line_style(style: CurveStyle) -> dict[str, Any]:
+    """Return the look of a printed curve on a screen; its dashes are in widths of the line."""
+    width = style.width * _PIXELS
+    pattern = () if isinstance(style.dashes, str) else style.dashes[1]
+    dashes = [max(1, round(part * width)) for part in pattern]
+    return {"line_color": style.colour, "line_width": width, "line_dash": dashes}
+
+
+def name_ticks(side: Any, axis: Axis) -> None:
+    """Put ticks on a side of a figure: at round numbers, or with the names of points."""
+    side.axis_label = None if axis.dim == STRIP else plain(axis.label)
+    if axis.dim == STRIP:
+        side.ticker = FixedTicker(ticks=[])
+    elif axis.geometric:
+        put_round_ticks(side, *ends_of(axis))
+    if axis.names:
+        places = axis.quantity.values.tolist()
+        side.ticker = FixedTicker(ticks=places)
+        names = [plain(name).replace(",\n", "\n") for name in axis.names]
+        side.major_label_overrides = dict(zip(places, names, strict=True))
+
+
+def put_round_ticks(side: Any, low: float, high: float) -> None:
+    """Put ticks on a logarithmic side of a figure; Bokeh would write 20000 as 2.000e+4."""
+    numbers = round_numbers(low, high)
+    side.ticker = FixedTicker(ticks=numbers)
+    if len(numbers) > 1 and numbers[1] / numbers[0] < _TEN:
+        side.major_label_overrides = {n: plain(shown(xr.DataArray(n)).value) for n in numbers}
+
+
+def round_numbers(low: float, high: float) -> list[float]:
+    """Return 1, 2, 5, 10 ... over a range; powers of ten where it is long."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    mantissas = (1, 2, 5) if last - first <= _DECADES else (1,)
+    numbers = [mantissa * 10.0**power for power in range(first, last + 1) for mantissa in mantissas]
+    return [number for number in numbers if low <= number <= high]
+
+
+def mapper_of(colours: Colours) -> ColorMapper:
+    """Return the colours of values, or of the places of codes, in the browser."""
+    kind = LogColorMapper if colours.log else LinearColorMapper
+    look = {"palette": palette_of(colours), "nan_color": GREY}
+    return kind(low=colours.low, high=colours.high, **look)
+
+
+def palette_of(colours: Colours) -> list[str]:
+    """Return a colour for each code, or those of a scale of values from low to high."""
+    if colours.is_named and colours.codes:
+        return colours.kinds
+    count = len(colours.codes) or len(Viridis256)
+    return [shade(place) for place in np.linspace(0.0, 1.0, count).tolist()]
+
+
+def shade(place: float) -> str:
+    """Return the colour of a value, from 0 to 1."""
+    return str(Viridis256[min(int(place * len(Viridis256)), len(Viridis256) - 1)])
+
+
+PALETTE = Palette([style.colour for style in CURVES], shade)
+
+
+def add_colour_bar(drawn: figure, mapper: ColorMapper) -> None:
+    """Put a scale of values beside a figure."""
+    bar = ColorBar(color_mapper=mapper, width=12, padding=6)
+    drawn.add_layout(bar, "right")
+
+
+def _put_above(drawn: figure, legend: Legend, columns: int, spacing: int) -> None:
+    """Put a legend above the frame of a figure."""
+    legend.update(label_text_font_size="11px", border_line_alpha=0, padding=2, spacing=spacing)
+    legend.update(ncols=columns, location="left", glyph_height=16, label_height=16)
+    drawn.add_layout(legend, "above")
+
+
+# --- charts ---------------------------------------------------------------------------------------
 
 _HEIGHT, _LOW = 460, 200  # pixels; a strip is low
 _DOT, _SMALL_DOT, _FEW = 4.0, 2.0, 40  # pixels: of few points beyond the line, and of more
@@ -67,7 +194,7 @@ def _draw_curves(chart: Curves, height: int) -> figure:
         _draw_curve(drawn, chart.across, number, curve)
     drawn.yaxis.axis_label = plain(chart.label)
     if len(chart.curves) > 1:
-        put_legend_above(drawn, columns=len(chart.curves), spacing=14)
+        _put_above(drawn, drawn.legend[0], len(chart.curves), 14)  # it hides nothing there
         drawn.legend.click_policy = "hide"
     return drawn
 
@@ -145,3 +272,108 @@ def _figure(
         if axis is not None:
             name_ticks(side, axis)
     return drawn
+
+
+# --- borders between kinds of motion on maps ------------------------------------------------------
+
+_BORDER_WIDTH, _APART = 1.5, 24  # pixels: of a line, between the types in the legend
+_COUNTS = ("orbit_periods", "melting_count")
+
+
+def add_borders(drawn: figure, chart: Cells, borders: xr.Dataset) -> None:
+    """Draw borders on the figure of a map over their axes.
+
+    A click on the legend hides them; the pointer on a line shows what it parts.
+    """
+    parts: dict[str, list[tuple[np.ndarray, str]]] = {name: [] for name in BORDER_STYLES}
+    for places, points, name in border_parts(borders, chart.across.dim, chart.up.dim):
+        first = borders.isel({borders["line"].dims[0]: points[0]})
+        parts[name].append((places, " | ".join(_side(first, side) for side in ("left", "right"))))
+    items, shapes = [], []
+    for name, own in parts.items():
+        if not own:
+            continue
+        data = {
+            "x": [places[:, 0].tolist() for places, _ in own],
+            "y": [places[:, 1].tolist() for places, _ in own],
+            "between": [words for _, words in own],
+            "type": [name] * len(own),
+        }
+        look = {"line_color": BLACK, "line_width": _BORDER_WIDTH, "line_cap": "round"}
+        look["line_dash"] = BORDER_STYLES[name]
+        source = ColumnDataSource(data)
+        shapes.append(drawn.multi_line("x", "y", source=source, name=f"borders {name}", **look))
+        items.append(LegendItem(label=f"border: {name}", renderers=shapes[-1:]))
+    if shapes:
+        tips = [("between", "@between"), ("border", "@type")]
+        drawn.add_tools(HoverTool(renderers=shapes, tooltips=tips, line_policy="interp"))
+        _put_above(drawn, Legend(items=items, click_policy="hide"), len(items), _APART)
+
+
+def _side(point: xr.Dataset, side: str) -> str:
+    """Return the kind of motion on one side, with its counts where the borders are of these."""
+    words = [code_name("regime", int(point[f"kind_{side}"]))]
+    for count in _COUNTS:
+        if f"{count}_{side}" in point:
+            name = code_name(count, int(point[f"{count}_{side}"]))
+            words.append(f"{count.replace('_', ' ')} {name}")
+    return ", ".join(words)
+
+
+# --- the motion at a point ------------------------------------------------------------------------
+
+_TIME, _X, _V = "elapsed_time", "lower_displacement", "lower_velocity"
+_KEPT = CurveStyle(VERMILLION, 0.9)
+_NOTHING = {name: np.zeros(2) for name in DRAWN}  # of no extent, but a browser wants a range
+
+_PANEL_HEIGHT = 140  # pixels
+_LEAST_STRESS = 2e-6  # MPa: what is less is the noise floor of a liquid film
+_AXIS = 24  # pixels below the lowest panel for the label of its axis
+
+
+def motion_figures(height: int) -> tuple[figure, list[figure]]:
+    """Return the phase portrait, `height` pixels high, and the panels of the courses in time.
+
+    A motion that is kept for comparison lies beneath, in red.
+    """
+    motion = ColumnDataSource(_NOTHING, name="motion")
+    kept = ColumnDataSource(_NOTHING, name="kept motion")
+    labels = {name: plain(shown(xr.DataArray(0.0, name=name)).label) for name in DRAWN}
+    beneath = {"source": kept, "level": "underlay", **line_style(_KEPT)}
+    portrait = new_figure(height=height, name="portrait")
+    for dimension in ("width", "height"):
+        origin = Span(location=0.0, dimension=dimension, line_color="#cccccc", line_width=1)
+        portrait.add_layout(origin)
+    portrait.line(_X, _V, source=motion, **line_style(ALONE))
+    portrait.line(_X, _V, **beneath)
+    portrait.xaxis.ticker.desired_num_ticks = 4  # a narrow picture has no room for more
+    portrait.xaxis.axis_label = f"displacement {labels[_X]}"
+    portrait.yaxis.axis_label = f"velocity {labels[_V]}"
+    panels = []
+    for traces in COURSES:
+        panel = new_figure(height=_PANEL_HEIGHT, name=traces[0].name)
+        lines = [
+            panel.line(_TIME, trace.name, source=motion, **line_style(trace.style))
+            for trace in traces
+        ]
+        panel.line(_TIME, traces[0].name, **beneath)
+        panel.yaxis.axis_label = labels[traces[0].name]
+        if len(traces) > 1:
+            names = zip(("lower block x", "upper block X"), lines, strict=True)
+            items = [LegendItem(label=label, renderers=[line]) for label, line in names]
+            legend = Legend(items=items, orientation="horizontal", location="right")
+            legend.update(label_text_font_size="11px", border_line_alpha=0, margin=0, padding=0)
+            legend.spacing = 16
+            panel.add_layout(legend, "above")
+            panel.height = _PANEL_HEIGHT + _AXIS
+        panels.append(panel)
+    for panel in panels[1:]:
+        panel.x_range = panels[0].x_range
+    for panel in panels[:-1]:
+        panel.xaxis.major_label_text_font_size = "0pt"
+    panels[-1].update(height=_PANEL_HEIGHT + _AXIS)
+    panels[-1].xaxis.axis_label = labels[_TIME]
+    panels[0].yaxis.axis_label = f"X, {labels[_X]}"
+    panels[0].x_range.range_padding = 0.0
+    panels[1].y_range.min_interval = _LEAST_STRESS
+    return portrait, panels

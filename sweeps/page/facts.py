@@ -19,7 +19,7 @@ from sweeps.charts.colours import code_name, code_sentence
 from sweeps.charts.labels import shown, slice_label
 from sweeps.charts.missing import trusted
 from sweeps.grid import CASE
-from sweeps.page.chosen_points import failed_points, places_of
+from sweeps.page.chosen_orbits import failed_points, places_of
 
 _MOST_FAILURES = 500  # rows that a browser lays out at once
 _LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes

@@ -24,18 +24,22 @@ from bokeh.models import (
     Span,
 )
 
-from sweeps.charts.axes import STRIP, Axis, axis_of, cell_edges, cells_of_pixels, is_scattered
+from sweeps.charts.axes import (
+    STRIP,
+    Axis,
+    axis_of,
+    cell_edges,
+    cells_of_pixels,
+    is_scattered,
+    layout_of,
+)
 from sweeps.charts.chart import Cells, Chart, Cloud, Curves, chart_of, further_axes, is_cloud
 from sweeps.charts.choice import Choice
-from sweeps.charts.colours import Colours
+from sweeps.charts.colours import GREY, Colours
 from sweeps.charts.labels import parameters_along
-from sweeps.charts.layout import layout_of
-from sweeps.charts.styles import GREY
 from sweeps.grid import CASE, DIRECTION
-from sweeps.page.borders import add_borders
-from sweeps.page.drawing import draw
-from sweeps.page.numbers import symbol_of
-from sweeps.page.scales import add_colour_bar, palette_of
+from sweeps.page.drawing import add_borders, add_colour_bar, draw, palette_of
+from sweeps.page.script_data import symbol_of
 
 SCALES = ("linear", "log", "kinds")
 _TALL, _LOW = 540, 276  # pixels: a view, and the curves through a point of a map

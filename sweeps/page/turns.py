@@ -1,28 +1,55 @@
-"""Who computes when: few at a time, and of each tab only its latest request.
+"""The computation of a point for a page: in turn, its stationary orbit and the motion along it.
 
-Compiled code cannot be stopped. Who has begun asks `check` between its parts.
+Few compute at a time, and of each tab only its latest request. Compiled code cannot be stopped: who
+has begun asks `check` between its parts.
 """
 
 from __future__ import annotations
 
+import logging
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.kernels.families import KIND
+from stickslip.options import NoiseError
+from stickslip.orbit import Orbit, prepare_kernels
+from stickslip.parameters import Parameters
+from stickslip.status import IntegrationError
+from stickslip.trajectory import simulate
+from sweeps.charts.courses import TIME_COURSES
+from sweeps.charts.labels import Array, shown
+from sweeps.engine.settings import options_of
+from sweeps.page.subject import ShownPoint
+from sweeps.points import periods_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _TABS = 1000  # those that were not heard of for longest are forgotten
+_SAMPLES = 2000  # of a drive period
+_MOST_SAMPLES = 8000  # of all periods: more than a picture has pixels
+
+COURSES = (TIME_COURSES[0], *TIME_COURSES[2:])
+"""The panels of a motion; its velocity is in the portrait."""
+
+DRAWN = (
+    *("elapsed_time", "lower_velocity"),
+    *(trace.name for traces in COURSES for trace in traces),
+    "order_parameter",
+)
+"""What is drawn of a motion, first the time; the order parameter is seen in the film."""
+
+log = logging.getLogger(__name__)
 
 
 class Void(Exception):  # noqa: N818 - an outcome of a request, not an error of it
     """A later request of the same tab has arrived: nobody waits for this one's answer."""
-
-
-@dataclass(frozen=True, eq=False)
-class Turn:
-    """A place to compute in, or the wait for one."""
-
-    check: Callable[[], None]
-    """Raises `Void` where a later request of the tab has arrived."""
 
 
 class Turns:
@@ -32,55 +59,118 @@ class Turns:
         self._free = slots
         self._changed = threading.Condition()
         self._latest: dict[str, int] = {}  # the number of a tab's latest request
-        self._waiting: list[Turn] = []  # the longest waiting first
+        self._waiting: list[Callable[[], None]] = []  # the checks, the longest waiting first
 
     @contextmanager
     def take(
         self, tab: str, number: int, on_wait: Callable[[], None] = lambda: None
-    ) -> Iterator[Turn]:
+    ) -> Iterator[Callable[[], None]]:
         """Wait for a place, and hold it in the context; raises `Void` if there is no more need.
 
+        The context has a check, which raises `Void` where a later request of the tab has arrived.
         `on_wait` is called once if there is no place yet. It must be quick: who came later waits
         for it.
         """
-        turn = Turn(lambda: self._check(tab, number))
-        self._arrive(turn, tab, number)
-        self._wait(turn, on_wait)
+
+        def check() -> None:
+            with self._changed:
+                if self._latest.get(tab, number) > number:
+                    raise Void
+
+        def may_begin() -> bool:
+            with self._changed:
+                check()
+                return self._free > 0 and self._waiting[0] is check
+
+        with self._changed:
+            self._latest[tab] = max(number, self._latest.pop(tab, number))  # at the end now
+            if len(self._latest) > _TABS:
+                del self._latest[next(iter(self._latest))]
+            self._waiting.append(check)
+            self._changed.notify_all()  # earlier requests of the tab are void
         try:
-            yield turn
+            if not may_begin():
+                on_wait()
+            with self._changed:
+                self._changed.wait_for(may_begin)
+                self._free -= 1
+        finally:
+            with self._changed:
+                self._waiting.remove(check)
+                self._changed.notify_all()
+        try:
+            yield check
         finally:
             with self._changed:
                 self._free += 1
                 self._changed.notify_all()
 
-    def _arrive(self, turn: Turn, tab: str, number: int) -> None:
-        """Stand at the end of those that wait, and make earlier requests of the tab void."""
-        with self._changed:
-            self._latest[tab] = max(number, self._latest.pop(tab, number))  # at the end now
-            if len(self._latest) > _TABS:
-                del self._latest[next(iter(self._latest))]
-            self._waiting.append(turn)
-            self._changed.notify_all()
 
-    def _wait(self, turn: Turn, on_wait: Callable[[], None]) -> None:
-        """Take a place when it is free and nobody has waited longer."""
-        try:
-            if not self._may_begin(turn):
-                on_wait()
-            with self._changed:
-                self._changed.wait_for(lambda: self._may_begin(turn))
-                self._free -= 1
-        finally:
-            with self._changed:
-                self._waiting.remove(turn)
-                self._changed.notify_all()
+@dataclass(frozen=True)
+class Motion:
+    """A point that was computed: its orbit and the time courses, or why there are none."""
 
-    def _may_begin(self, turn: Turn) -> bool:
-        with self._changed:
-            turn.check()
-            return self._free > 0 and self._waiting[0] is turn
+    shown_point: ShownPoint
+    orbit: Orbit | None = None
+    courses: xr.Dataset | None = None
+    trouble: str = ""
+    seconds: float = 0.0
 
-    def _check(self, tab: str, number: int) -> None:
-        with self._changed:
-            if self._latest.get(tab, number) > number:
-                raise Void
+
+def drive_periods(courses: xr.Dataset | None) -> float:
+    """Return how many periods of the drive the courses of a motion last."""
+    if courses is None:
+        return 1.0
+    rate = float(courses["angular_frequency"])
+    return rate * float(courses["elapsed_time"][-1]) / (2.0 * np.pi)
+
+
+def columns_of(courses: xr.Dataset) -> dict[str, Array]:
+    """Return the time courses of a motion as they are drawn."""
+    return {name: shown(courses[name]).values for name in DRAWN}
+
+
+def prepare(shown_point: ShownPoint) -> None:
+    """Compile or load the kernels that a point needs: on the first run of a version, a minute."""
+    options, parameters = options_of(shown_point.config), shown_point.point.parameters
+    prepare_kernels(options, np.array([[getattr(parameters, name) for name in KIND]]))
+    # Any motion, to have the kernels of trajectories.
+    simulate(
+        Parameters(),
+        periods=1,
+        samples_per_period=1,
+        noise=options.noise,
+        friction=options.friction,
+        strain=options.strain,
+    )
+
+
+def compute(shown_point: ShownPoint) -> Motion:
+    """Return the motion of a point; what goes wrong is its `trouble`, in a sentence.
+
+    Raises Void, which the check of this thread may raise between two kernels.
+    """
+    point, orbit = shown_point.point, None
+    try:
+        begun = time.perf_counter()
+        orbit = point.orbit()
+        samples = min(_SAMPLES, _MOST_SAMPLES // periods_of(orbit))
+        courses = point.simulate(samples_per_period=max(samples, 1))
+    except Void:
+        raise
+    except Exception as error:  # noqa: BLE001 - a sentence on the page says it
+        return failed(shown_point, error, orbit)
+    return Motion(shown_point, orbit, courses, seconds=time.perf_counter() - begun)
+
+
+def failed(shown_point: ShownPoint, error: Exception, orbit: Orbit | None = None) -> Motion:
+    """Return the motion of a point that could not be computed, with the reason."""
+    if isinstance(error, NoiseError | IntegrationError):
+        return Motion(shown_point, orbit, trouble=capitalised(str(error)))
+    log.debug("unexpected", exc_info=error)
+    return Motion(shown_point, orbit, trouble=f"Unexpected {type(error).__name__}: {error}")
+
+
+def capitalised(text: str) -> str:
+    """Return a text as the beginning of a sentence."""
+    return text[:1].upper() + text[1:]

@@ -22,9 +22,9 @@ from support.pictures import (
 )
 
 from sweeps.charts.axes import is_geometric
-from sweeps.charts.data import default_figure
+from sweeps.charts.choice import default_figure
+from sweeps.charts.colours import CURVES
 from sweeps.charts.labels import shown, typeset_units
-from sweeps.charts.styles import CURVES
 from sweeps.figures import draw
 
 # --- amplitudes ---------------------------------------------------------------------------------

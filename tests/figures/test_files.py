@@ -24,7 +24,7 @@ from support.pictures import (
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from stickslip import phase_diagram
-from sweeps.charts.data import obstacle
+from sweeps.charts.choice import obstacle
 from sweeps.figure_table import FIGURES
 from sweeps.figures import Look, PlotOptions, draw, save
 

@@ -25,7 +25,7 @@ from support.pictures import (
 
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
-from sweeps.charts.layout import Layout, layout_of
+from sweeps.charts.axes import Layout, layout_of
 from sweeps.figures import draw
 
 # --- missing points -----------------------------------------------------------------------------

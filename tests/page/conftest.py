@@ -11,7 +11,7 @@ import xarray as xr
 from support.browser import chromium
 
 from sweeps import run
-from sweeps.page.beginning import Beginning
+from sweeps.page.subject import Subject
 
 __all__ = ["chromium"]
 
@@ -33,11 +33,11 @@ def result() -> xr.Dataset:
 
 
 @contextmanager
-def served(beginning: Beginning) -> Iterator[Any]:
+def served(subject: Subject) -> Iterator[Any]:
     """The server of a page, until the end of the context."""
-    from sweeps.page.explore import server_of
+    from sweeps.page.explorer import server_of
 
-    server = server_of(beginning)
+    server = server_of(subject)
     thread = server.run_in_background()
     try:
         yield server
@@ -48,6 +48,6 @@ def served(beginning: Beginning) -> Iterator[Any]:
 
 
 @pytest.fixture(scope="session")
-def serving() -> Callable[[Beginning], Any]:
+def serving() -> Callable[[Subject], Any]:
     """`served`, for tests."""
     return served

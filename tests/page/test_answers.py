@@ -18,21 +18,19 @@ from stickslip.options import NOISE_TREATMENTS
 from sweeps.config.load import from_yaml
 from sweeps.page import answers as module
 from sweeps.page.answers import answer_lines, as_json
-from sweeps.page.beginning import Opened, of_nothing, of_result
-from sweeps.page.motion import Motion
-from sweeps.page.orbit_figures import DRAWN
-from sweeps.page.turns import Turns
+from sweeps.page.subject import ShownPoint, subject_of_paper, subject_of_result
+from sweeps.page.turns import DRAWN, Motion, Turns
 from sweeps.points import point_of
 
 
-def answer(parts: dict[str, str], beginning: Any = None) -> dict[str, Any]:
+def answer(parts: dict[str, str], subject: Any = None) -> dict[str, Any]:
     """The last line, as a browser reads it."""
-    *_, last = answer_lines(parts, beginning or of_nothing(), Turns())
+    *_, last = answer_lines(parts, subject or subject_of_paper(), Turns())
     return dict(json.loads(as_json(last)))
 
 
 def test_it_tells_what_is_done_and_then_the_orbit():
-    states = [line["state"] for line in answer_lines({"T": "250"}, of_nothing(), Turns())]
+    states = [line["state"] for line in answer_lines({"T": "250"}, subject_of_paper(), Turns())]
     assert states == ["waiting", "compiling", "computing", "done"]
 
 
@@ -52,7 +50,7 @@ def test_the_numbers_are_those_of_the_orbit():
 
 def test_the_courses_are_those_of_the_orbit():
     found = answer({"T": "250"})
-    course = of_nothing().first.point.simulate(samples_per_period=2000)
+    course = subject_of_paper().first.point.simulate(samples_per_period=2000)
     assert sorted(found["courses"]) == sorted(DRAWN)
     force = np.frombuffer(base64.b64decode(found["courses"]["friction_force"]), "<f4")
     assert force.size == course.sizes["elapsed_time"]
@@ -60,8 +58,8 @@ def test_the_courses_are_those_of_the_orbit():
 
 
 def test_nothing_asked_for_is_what_the_page_begins_with(result: xr.Dataset):
-    beginning = of_result(result, "a.nc")
-    found = answer({"tab": "a", "number": "1"}, beginning)
+    subject = subject_of_result(result, "a.nc")
+    found = answer({"tab": "a", "number": "1"}, subject)
     assert {name: float(text) for name, text in found["at"].items()} == {
         "at.temperature": 250.0,
         "at.spring_stiffness": result.spring_stiffness.values[4],
@@ -71,7 +69,7 @@ def test_nothing_asked_for_is_what_the_page_begins_with(result: xr.Dataset):
 
 def test_a_point_of_the_file_is_computed_as_there(result: xr.Dataset):
     place = {"at.temperature": "230", "at.spring_stiffness": "500"}
-    found = answer(place, of_result(result, "a.nc"))
+    found = answer(place, subject_of_result(result, "a.nc"))
     orbit = point_of(result, temperature=230, spring_stiffness=500).orbit()
     assert found["shown"]["friction_force_amplitude"] == 1e3 * orbit.friction_force_amplitude
     assert found["at"] == place
@@ -99,8 +97,8 @@ def test_what_is_not_valid_is_refused_by_the_name_of_its_box():
 
 
 def test_an_orbit_that_cannot_be_computed_is_told_in_a_sentence(monkeypatch: pytest.MonkeyPatch):
-    def compute(opened: Opened) -> Motion:
-        return Motion(opened, trouble="It cannot be.")
+    def compute(shown_point: ShownPoint) -> Motion:
+        return Motion(shown_point, trouble="It cannot be.")
 
     monkeypatch.setattr(module, "compute", compute)
     found = answer({"T": "250"})
@@ -112,7 +110,7 @@ def test_an_orbit_that_cannot_be_computed_is_told_in_a_sentence(monkeypatch: pyt
 def test_a_later_request_of_the_tab_makes_the_older_void(monkeypatch: pytest.MonkeyPatch):
     turns, begun, asked = Turns(), threading.Event(), threading.Event()
 
-    def compute(opened: Opened) -> Any:
+    def compute(shown_point: ShownPoint) -> Any:
         begun.set()
         assert asked.wait(60)
         check_interruption()  # as between two kernels
@@ -123,7 +121,7 @@ def test_a_later_request_of_the_tab_makes_the_older_void(monkeypatch: pytest.Mon
 
     def first() -> None:
         parts = {"T": "250", "tab": "a", "number": "1"}
-        lines.extend(line["state"] for line in answer_lines(parts, of_nothing(), turns))
+        lines.extend(line["state"] for line in answer_lines(parts, subject_of_paper(), turns))
 
     thread = threading.Thread(target=first)
     thread.start()

@@ -10,17 +10,17 @@ from stickslip import Parameters
 from stickslip.variables import PARAMETERS
 from sweeps import run
 from sweeps.config.load import from_mapping
-from sweeps.page.beginning import of_config, of_nothing, of_result
-from sweeps.page.ranges import Scale
+from sweeps.page.controls import Scale
+from sweeps.page.subject import subject_of_config, subject_of_paper, subject_of_result
 from sweeps.points import PointError
 
 
 def test_nothing_is_the_papers_point():
-    beginning = of_nothing()
-    assert beginning.first.point.parameters == Parameters()
-    assert beginning.first.label == "the paper's values"
-    assert beginning.result is None
-    assert list(beginning.scales) == list(PARAMETERS)
+    subject = subject_of_paper()
+    assert subject.first.point.parameters == Parameters()
+    assert subject.first.label == "the paper's values"
+    assert subject.result is None
+    assert list(subject.scales) == list(PARAMETERS)
 
 
 def test_a_config_gives_values_and_ranges():
@@ -33,43 +33,41 @@ def test_a_config_gives_values_and_ranges():
             "simulation": {"periods": 3},
         }
     )
-    beginning = of_config(config, "a.yaml")
+    subject = subject_of_config(config, "a.yaml")
     expected = Parameters(
         block_mass=0.5, temperature=200, drive_amplitude=4e-7, angular_frequency=20
     )
-    assert beginning.first.point.parameters == expected
-    assert beginning.scales["temperature"] == Scale(150.0, 300.0)
-    assert (beginning.scales["drive_amplitude"].lower, beginning.name) == (4e-7, "a.yaml")
-    assert beginning.first.config.integrator.rtol == 1e-8
-    assert beginning.first.point.simulate(samples_per_period=10).sizes["elapsed_time"] == 11
+    assert subject.first.point.parameters == expected
+    assert subject.scales["temperature"] == Scale(150.0, 300.0)
+    assert (subject.scales["drive_amplitude"].lower, subject.name) == (4e-7, "a.yaml")
+    assert subject.first.config.integrator.rtol == 1e-8
+    assert subject.first.point.simulate(samples_per_period=10).sizes["elapsed_time"] == 11
 
 
 def test_a_schedule_is_left_out():
     config = from_mapping({"simulation": {"schedule": {"temperature": [200, 300]}}})
-    beginning = of_config(config, "a.yaml")
-    assert beginning.first.config.simulation.schedule is None
+    subject = subject_of_config(config, "a.yaml")
+    assert subject.first.config.simulation.schedule is None
 
 
 def test_another_method_is_replaced_and_told():
     config = from_mapping({"integrator": {"method": "euler-cromer", "dt": 1e-9}})
-    beginning = of_config(config, "a.yaml")
-    assert beginning.first.config.integrator.method == "adaptive"
-    assert beginning.notes == (
-        "This page computes with the method adaptive, not with euler-cromer.",
-    )
+    subject = subject_of_config(config, "a.yaml")
+    assert subject.first.config.integrator.method == "adaptive"
+    assert subject.notes == ("This page computes with the method adaptive, not with euler-cromer.",)
 
 
 def test_a_result_opens_in_its_middle(result: xr.Dataset):
-    beginning = of_result(result, "a.nc", ("a note",))
-    assert beginning.first.place == {"temperature": 4, "spring_stiffness": 4}
+    subject = subject_of_result(result, "a.nc", ("a note",))
+    assert subject.first.place == {"temperature": 4, "spring_stiffness": 4}
     stiffness = result.spring_stiffness.values[4]
     expected = Parameters(temperature=250, spring_stiffness=stiffness)
-    assert beginning.first.point.parameters == expected
-    assert beginning.first.label == "T = 250 K, K = 2000 N/m"
-    assert beginning.scales["temperature"] == Scale(210.0, 290.0)
-    assert beginning.scales["spring_stiffness"].logarithmic
-    assert beginning.notes == ("a note",)
-    assert beginning.result is result
+    assert subject.first.point.parameters == expected
+    assert subject.first.label == "T = 250 K, K = 2000 N/m"
+    assert subject.scales["temperature"] == Scale(210.0, 290.0)
+    assert subject.scales["spring_stiffness"].logarithmic
+    assert subject.notes == ("a note",)
+    assert subject.result is result
 
 
 def test_a_fit_opens_on_its_curve(result: xr.Dataset):
@@ -78,24 +76,24 @@ def test_a_fit_opens_on_its_curve(result: xr.Dataset):
     fitted = curve.assign(
         fitted_value=("datum", np.ones(3)), parameter_value=("free_parameter", np.ones(2))
     )
-    beginning = of_result(fitted, "fit.nc")
-    assert beginning.first.place == {"temperature": 4}
-    assert beginning.first.point.parameters.temperature == 250
-    assert dict(beginning.result.sizes) == {"temperature": 9}
+    subject = subject_of_result(fitted, "fit.nc")
+    assert subject.first.place == {"temperature": 4}
+    assert subject.first.point.parameters.temperature == 250
+    assert dict(subject.result.sizes) == {"temperature": 9}
 
 
 def test_a_single_point_has_no_chart():
     alone = run({"model": {"temperature": 250}, "integrator": {"rtol": 1e-4}})
-    beginning = of_result(alone, "a.nc")
-    assert beginning.result is None
-    assert beginning.first.point.parameters == Parameters(temperature=250)
+    subject = subject_of_result(alone, "a.nc")
+    assert subject.result is None
+    assert subject.first.point.parameters == Parameters(temperature=250)
 
 
 def test_a_stack_without_a_coordinate_opens_by_numbers(result):
     bare = xr.concat([result.reset_coords(drop=True)] * 2, "film")
-    assert of_result(bare, "a.nc").first.label == "film 1, T = 250 K, K = 2000 N/m"
+    assert subject_of_result(bare, "a.nc").first.label == "film 1, T = 250 K, K = 2000 N/m"
 
 
 def test_what_is_no_result_is_refused():
     with pytest.raises(PointError, match="no result of a sweep"):
-        of_result(xr.Dataset({"x": ("t", np.zeros(3))}), "a.nc")
+        subject_of_result(xr.Dataset({"x": ("t", np.zeros(3))}), "a.nc")

@@ -8,7 +8,7 @@ from scipy.stats import qmc
 from support.pictures import failed, random_cases, sweep
 
 from stickslip.status import Status
-from sweeps.page.chosen_points import chosen_points, nearest_chosen, start_along
+from sweeps.page.chosen_orbits import chosen_points, nearest_chosen, start_along
 
 T, K = np.linspace(150.0, 320.0, 30), np.linspace(500.0, 5000.0, 20)
 

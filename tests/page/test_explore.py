@@ -13,9 +13,9 @@ from support.sweeps.processes import wait_until
 
 from stickslip import Orbit, Parameters, stationary_orbit
 from sweeps.config.load import from_yaml
-from sweeps.page import answers, motion
-from sweeps.page.beginning import Opened, of_nothing, of_result
-from sweeps.page.summary import absolute_errors, amplitude_text
+from sweeps.page import answers, turns
+from sweeps.page.answers import absolute_errors, amplitude_text
+from sweeps.page.subject import ShownPoint, subject_of_paper, subject_of_result
 from sweeps.points import point_of
 
 pytestmark = pytest.mark.slow  # a browser starts
@@ -73,7 +73,7 @@ class View(Tab):
 @pytest.fixture(scope="module")
 def server(serving: Any) -> Iterator[Any]:
     """Serves the paper's values."""
-    with serving(of_nothing()) as there:
+    with serving(subject_of_paper()) as there:
         yield there
 
 
@@ -154,12 +154,12 @@ def test_the_point_can_be_copied(view: View):
 
 
 def test_what_takes_long_is_announced_and_passed_over(view: View, monkeypatch: pytest.MonkeyPatch):
-    end, prepared = threading.Event(), motion.prepare
+    end, prepared = threading.Event(), turns.prepare
 
-    def prepare(opened: Any) -> None:
-        if opened.point.parameters.temperature == 260.0:
+    def prepare(shown_point: Any) -> None:
+        if shown_point.point.parameters.temperature == 260.0:
             assert end.wait(60)
-        prepared(opened)
+        prepared(shown_point)
 
     monkeypatch.setattr(answers, "prepare", prepare)
     view.types("temperature", "260")
@@ -181,7 +181,7 @@ def test_each_tab_has_its_own_point(view: View, chromium: Any, server: Any):
 
 @pytest.fixture(scope="module")
 def map_page(chromium: Any, serving: Any, result: xr.Dataset) -> Iterator[View]:
-    served = serving(of_result(result, "a <map>.nc"))
+    served = serving(subject_of_result(result, "a <map>.nc"))
     with served as server, opened_tab(chromium) as page:
         yield (seen := View(page, server))
         assert seen.errors == []
@@ -300,7 +300,7 @@ def test_the_blocks_play_pause_and_step(view: View):
     view.page.get_by_label("one step back").click()
     assert clock.inner_text() == before
     view.page.locator("#time").fill("0")
-    order = of_nothing().first.point.simulate(samples_per_period=2000).order_parameter
+    order = subject_of_paper().first.point.simulate(samples_per_period=2000).order_parameter
     assert clock.inner_text() == f"t = 0.0000 s, φ = {float(order[0]):.3f}"
 
 
@@ -325,11 +325,11 @@ def test_arrow_keys_open_the_next_point_of_the_map(map_view: View):
 def test_arrow_keys_go_on_from_a_point_that_is_not_computed_yet(
     map_view: View, monkeypatch: pytest.MonkeyPatch
 ):
-    computed, pressed = motion.compute, threading.Event()
+    computed, pressed = turns.compute, threading.Event()
 
-    def compute(opened: Opened) -> motion.Motion:
+    def compute(shown_point: ShownPoint) -> turns.Motion:
         assert pressed.wait(60)
-        return computed(opened)
+        return computed(shown_point)
 
     monkeypatch.setattr(answers, "compute", compute)
     map_view.page.locator("#picture").focus()

@@ -13,8 +13,7 @@ from sweeps.charts.choice import Choice
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 from bokeh.models import HoverTool
 
-from sweeps.page.borders import add_borders
-from sweeps.page.drawing import draw
+from sweeps.page.drawing import add_borders, draw
 
 STRESS = "elastic_stress_amplitude"
 T, OMEGA = np.linspace(150.0, 320.0, 12), np.linspace(5.0, 60.0, 10)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.variables import PARAMETERS
-from sweeps.page.ranges import (
+from sweeps.page.controls import (
     Scale,
     exact_text,
     scale_of,

@@ -16,11 +16,10 @@ from support.browser import Tabs, chromium, tabs
 
 from stickslip import Status
 from sweeps import run
-from sweeps.charts.chart import Curves, chart_of
+from sweeps.charts.chart import Curves, break_line, chart_of
 from sweeps.charts.choice import Choice
-from sweeps.charts.jumps import break_line
 from sweeps.page import MOST_POINTS, ReportError, name_of, write_report
-from sweeps.page.explore import explore
+from sweeps.page.explorer import explore
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 
@@ -109,7 +108,7 @@ def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
     write_report(ds, tmp_path / "a.html", name="a.nc", at=some, orbits=0)
     assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
     assert ds.status.size < MOST_POINTS
-    monkeypatch.setattr("sweeps.page.build.MOST_POINTS", 10)
+    monkeypatch.setattr("sweeps.page.document.MOST_POINTS", 10)
     with pytest.raises(ReportError, match=r"162 points, and a page holds 10.*--at temperature=200"):
         write_report(ds, tmp_path / "b.html", name="b.nc")
     assert not (tmp_path / "b.html").exists()

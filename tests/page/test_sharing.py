@@ -12,7 +12,7 @@ import xarray as xr
 from support.browser import Tabs, chromium, tabs
 
 from sweeps import run
-from sweeps.charts.at import places_at
+from sweeps.charts.choice import places_at
 from sweeps.page import write_report
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")

@@ -12,15 +12,15 @@ from support.points import error_scales, row
 
 from stickslip import Orbit, Parameters, Status, stationary_orbit
 from sweeps.config.load import from_mapping
-from sweeps.page.beginning import Opened, lone, open_point, with_parameters
-from sweeps.page.motion import Motion, compute
-from sweeps.page.summary import absolute_errors, amplitude_text, summary_html
+from sweeps.page.answers import absolute_errors, amplitude_text, summary_html
+from sweeps.page.subject import ShownPoint, point_alone, point_of_result
+from sweeps.page.turns import Motion, compute
 
 
-def opened(config: dict[str, object] | None = None, **changes: float) -> Opened:
+def shown_point(config: dict[str, object] | None = None, **changes: float) -> ShownPoint:
     settings = from_mapping({"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}})
     settings = from_mapping(config) if config is not None else settings
-    return lone(with_parameters(settings, Parameters(**changes)))
+    return point_alone(settings, Parameters(**changes))
 
 
 def words(html: str) -> str:
@@ -46,7 +46,7 @@ def test_errors_of_small_amplitudes_are_relative_to_the_springs():
 
 
 def test_a_point_is_told_with_regime_and_status():
-    motion = compute(opened())
+    motion = compute(shown_point())
     orbit, told = motion.orbit, words(summary_html(motion))
     assert isinstance(orbit, Orbit)
     assert "stick-slip, symmetric . The film melts and freezes" in told
@@ -58,7 +58,7 @@ def test_a_point_is_told_with_regime_and_status():
 
 
 def test_energy_and_harmonics_are_told_with_their_units():
-    motion = compute(opened({}))
+    motion = compute(shown_point({}))
     orbit, told = motion.orbit, words(summary_html(motion))
     assert isinstance(orbit, Orbit)
     assert f"energy dissipated per period {1e9 * orbit.dissipated_energy:#.3g} ± " in told
@@ -74,7 +74,7 @@ def test_energy_and_harmonics_are_told_with_their_units():
 
 
 def test_what_fails_is_told_in_its_sentence_and_the_start_is_drawn():
-    motion = compute(opened({"stationary": {"max_periods": 1}}))
+    motion = compute(shown_point({"stationary": {"max_periods": 1}}))
     told = words(summary_html(motion))
     assert Status.NOT_STATIONARY.sentence.replace("`", "") in told
     assert "Drawn is the motion from its start." in told
@@ -84,7 +84,7 @@ def test_what_fails_is_told_in_its_sentence_and_the_start_is_drawn():
 
 def test_a_film_that_could_never_freeze_is_told():
     config = from_mapping({"noise": {"treatment": "none"}, "model": {"phi_0": 0.5}})
-    motion = compute(lone(with_parameters(config, Parameters())))
+    motion = compute(point_alone(config, Parameters()))
     assert motion.orbit is None
     assert words(summary_html(motion)).strip().startswith("Initial_order_parameter (phi_0) = 0")
 
@@ -93,14 +93,14 @@ def test_an_error_that_nobody_expected_is_a_sentence(monkeypatch: pytest.MonkeyP
     def fail(*_: object) -> None:
         raise RuntimeError("no <b>luck</b>")
 
-    monkeypatch.setattr("sweeps.page.motion.periods_of", fail)
-    told = summary_html(compute(opened()))
+    monkeypatch.setattr("sweeps.page.turns.periods_of", fail)
+    told = summary_html(compute(shown_point()))
     assert "Unexpected RuntimeError: no &lt;b&gt;luck&lt;/b&gt;" in told
 
 
 def test_a_point_of_a_file_is_compared_with_it(result: xr.Dataset):
     place = {"temperature": 2, "spring_stiffness": 7}
-    point = open_point(result, place)
+    point = point_of_result(result, place)
     assert "The same numbers as in the file" in words(summary_html(compute(point)))
     stored = {**point.point.stored, "friction_force_amplitude": 0.5}
     changed = replace(point, point=replace(point.point, stored=stored))
@@ -111,5 +111,5 @@ def test_a_point_of_a_file_is_compared_with_it(result: xr.Dataset):
 
 
 def test_nothing_is_said_where_nothing_was_computed():
-    html = summary_html(Motion(opened(), trouble="No <luck>."))
+    html = summary_html(Motion(shown_point(), trouble="No <luck>."))
     assert html == '<p class="trouble">No &lt;luck&gt;.</p>'

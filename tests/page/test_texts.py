@@ -10,8 +10,13 @@ import pytest
 from stickslip import Parameters
 from sweeps.config.load import Config, from_mapping, from_yaml
 from sweeps.engine.settings import options_of
-from sweeps.page.beginning import lone, of_nothing, open_point, with_parameters
-from sweeps.page.texts import command_text, config_text
+from sweeps.page.subject import (
+    command_text,
+    config_text,
+    point_alone,
+    point_of_result,
+    subject_of_paper,
+)
 
 ODD = Parameters(
     temperature=1730 / 7,
@@ -22,7 +27,7 @@ ODD = Parameters(
 
 
 def point(config: Config | None = None, parameters: Parameters = ODD):
-    return lone(with_parameters(config or from_mapping({}), parameters))
+    return point_alone(config or from_mapping({}), parameters)
 
 
 def changed() -> Config:
@@ -45,28 +50,32 @@ def of_command(text: str) -> Config:
 def test_both_texts_ask_for_the_same_numbers(parameters: Parameters, settings: Config | None):
     if settings:
         parameters = parameters._replace(initial_order_parameter=0.5)
-    opened = point(settings, parameters)
-    for config in (from_yaml(config_text(opened, 3)), of_command(command_text(opened, 3))):
+    shown_point = point(settings, parameters)
+    for config in (
+        from_yaml(config_text(shown_point, 3)),
+        of_command(command_text(shown_point, 3)),
+    ):
         assert config.parameters() == parameters
-        assert options_of(config) == options_of(opened.config)
+        assert options_of(config) == options_of(shown_point.config)
         assert config.simulation.periods == 3
         assert config.simulation.start == "stationary"
 
 
 def test_the_papers_point_is_said_in_few_words():
-    opened = of_nothing().first
+    shown_point = subject_of_paper().first
     assert (
-        command_text(opened) == "stickslip simulate --set simulation.start=stationary --periods 1"
+        command_text(shown_point)
+        == "stickslip simulate --set simulation.start=stationary --periods 1"
     )
-    assert config_text(opened).startswith("model: {}\n")
+    assert config_text(shown_point).startswith("model: {}\n")
 
 
 def test_a_followed_point_is_said_to_come_from_its_neighbour():
     from sweeps import run
 
     line = run({"sweep": {"omega": [10, 11]}, "follow": "omega", "integrator": {"rtol": 1e-4}})
-    first = open_point(line, {"angular_frequency": 0, "direction": 0})
-    second = open_point(line, {"angular_frequency": 1, "direction": 0})
+    first = point_of_result(line, {"angular_frequency": 0, "direction": 0})
+    second = point_of_result(line, {"angular_frequency": 1, "direction": 0})
     assert "neighbour" not in config_text(first)
     assert config_text(second).startswith("# In the file this point starts from")
     assert from_yaml(config_text(second)).parameters() == Parameters(angular_frequency=11)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
-from sweeps.page.packed_orbits import thinned
+from sweeps.page.chosen_orbits import thinned
 
 
 def test_lines_between_the_kept_samples_miss_no_curve():

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from sweeps.page import turns as module
-from sweeps.page.turns import Turn, Turns, Void
+from sweeps.page.turns import Turns, Void
 
 HANGS = 60.0
 
@@ -20,7 +20,7 @@ class Request:
     def __init__(self, turns: Turns, tab: str, number: int, told: queue.SimpleQueue[str]) -> None:
         self._turns, self._tab, self._number, self._told = turns, tab, number, told
         self._end = threading.Event()
-        self.turn: Turn | None = None
+        self.check: Callable[[], None] | None = None
         self.thread = threading.Thread(target=self._run, daemon=True)
         self.thread.start()
 
@@ -33,7 +33,7 @@ class Request:
         name = f"{self._tab}{self._number}"
         waits = lambda: self._told.put(f"{name} waits")  # noqa: E731 - shorter than a method
         try:
-            with self._turns.take(self._tab, self._number, waits) as self.turn:
+            with self._turns.take(self._tab, self._number, waits) as self.check:
                 self._told.put(f"{name} begins")
                 assert self._end.wait(HANGS)
         except Void:
@@ -130,15 +130,15 @@ def test_a_later_request_of_its_tab_makes_one_that_computes_void(tabs: Callable[
     some = tabs(2)
     first = some.ask("a", 1)
     assert some.says() == "a1 begins"
-    assert first.turn is not None
-    first.turn.check()
+    assert first.check is not None
+    first.check()
     some.ask("b", 2)
     assert some.says() == "b2 begins"
-    first.turn.check()  # another tab's numbers are its own
+    first.check()  # another tab's numbers are its own
     some.ask("a", 2)
     assert some.says() == "a2 waits"
     with pytest.raises(Void):
-        first.turn.check()
+        first.check()
     first.end()
     assert some.says() == "a2 begins"
 
@@ -149,8 +149,8 @@ def test_a_request_that_comes_too_late_never_takes_a_place(tabs: Callable[[int],
     assert some.says() == "a2 begins"
     some.ask("a", 1)
     assert some.says() == "a1 is void"
-    assert later.turn is not None
-    later.turn.check()
+    assert later.check is not None
+    later.check()
 
 
 def test_requests_of_one_number_are_all_answered(tabs: Callable[[int], Tabs]):
@@ -159,8 +159,8 @@ def test_requests_of_one_number_are_all_answered(tabs: Callable[[int], Tabs]):
     assert some.says() == "a1 begins"
     some.ask("a", 1)
     assert some.says() == "a1 begins"
-    assert first.turn is not None
-    first.turn.check()
+    assert first.check is not None
+    first.check()
 
 
 def test_a_place_is_given_back_when_a_computation_fails():

@@ -1,4 +1,4 @@
-"""The numbers of a result and what they are called, as the script of its page takes them."""
+"""What the script of a page works with: the numbers of a result, what they are called, legends."""
 
 from __future__ import annotations
 
@@ -13,16 +13,36 @@ from bokeh.models import ColumnDataSource
 from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.charts.axes import axis_of
-from sweeps.charts.colours import Colours, code_name, colours_of
-from sweeps.charts.curves import axis_limits
-from sweeps.charts.jumps import jumps
+from sweeps.charts.chart import axis_limits, jumps
+from sweeps.charts.colours import GREY, Colours, code_name, code_sentence, colours_of
 from sweeps.charts.labels import DIRECTIONS, Array, Quantity, shown, slice_label
 from sweeps.charts.missing import trusted, value_range
 from sweeps.figure_table import AMPLITUDES
 from sweeps.grid import CASE, DIRECTION
-from sweeps.page.chosen_points import Numbers, nearest_chosen
-from sweeps.page.legends import kinds_html, missing_html
-from sweeps.page.scales import palette_of
+from sweeps.page.chosen_orbits import Numbers, nearest_chosen
+from sweeps.page.drawing import palette_of
+
+
+def kinds_html(colours: Colours) -> str:
+    """Return the kinds or counts of a variable, each with its colour and its meaning."""
+    squares = [
+        _square(colour, code_name(colours.name, code), code_sentence(colours.name, code))
+        for colour, code in zip(palette_of(colours), colours.codes, strict=True)
+    ]
+    return "".join(squares)
+
+
+def missing_html() -> str:
+    """Return the colour of points without a value."""
+    return _square(GREY, "no value", "No result, or not defined at these points.")
+
+
+def _square(colour: str, text: str, meaning: str) -> str:
+    square = f'<i style="background:{colour}"></i>'
+    return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
+
+
+# --- numbers --------------------------------------------------------------------------------------
 
 # What a reader looks at first.
 _FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")

@@ -1,6 +1,6 @@
 """Pictures of trajectories: time courses (Figs. 3, 6), relative motion (4), phase portraits (5).
 
-And loops of the friction force.
+And loops of the friction force, pulls, and one orbit from all sides.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from sweeps.charts.axes import MOST_FACETS, Selection
+from sweeps.charts.colours import SKY, VERMILLION, CurveStyle
 from sweeps.charts.courses import (
     ALONE,
     LOWER,
@@ -29,18 +31,19 @@ from sweeps.charts.courses import (
     sections,
 )
 from sweeps.charts.labels import Array, shown
-from sweeps.charts.layout import MOST_FACETS, Selection
-from sweeps.figures.motion.insets import put_inset
 from sweeps.figures.style import (
     COLUMN,
+    PAGE,
     SMALL,
     TEXT,
     line_of,
+    new_figure,
     new_panels,
     put_legend,
     put_note,
     width_of,
 )
+from sweeps.human import counted
 
 _MOST_PORTRAITS = 9
 _PULL_HEIGHT = 4.4  # inches
@@ -233,3 +236,163 @@ def _portrait_panels(count: int) -> tuple[Figure, list[Axes]]:
 
 
 # --- the trajectories in a dataset: one along `elapsed_time`, or several along (axis, sample) ---
+
+
+# --- insets: an enlarged section where small loops cannot be told apart ---------------------------
+
+# As parts of the extent of a portrait: features closer than the first are lost in the width of the
+# line; loops that stay within the second are hard to see; and the side of an inset.
+_STEP, _SMALL_LOOP, _SIDE = 0.002, 0.03, 0.3
+
+_PLACES = np.linspace(0.04, 0.96 - _SIDE, 40)
+_MARGIN = 0.03  # between an inset and the nearest curve
+
+
+def put_inset(axes: Axes, x: Array, y: Array, style: CurveStyle, name: str) -> None:
+    """Enlarge the section of a curve with its smallest loops, in an empty place of its panel.
+
+    Nothing is drawn where the curve has no loop too small to be seen, or leaves no place.
+    """
+    section = _hidden_loops(*_normalised(x, y))
+    place = _empty_place(axes, x, y) if section is not None else None
+    if section is None or place is None:
+        return
+    inset = axes.inset_axes((*place, _SIDE, _SIDE))
+    inset.plot(x, y, **line_of(style))
+    inset.set_xlim(x.min() + np.ptp(x) * section[0])
+    inset.set_ylim(y.min() + np.ptp(y) * section[1])
+    inset.tick_params(labelsize=SMALL, direction="in", length=2.0)
+    inset.ticklabel_format(useOffset=False)
+    inset.locator_params(nbins=2)
+    inset.set_title(name, fontsize=SMALL, pad=2.0)
+    axes.indicate_inset_zoom(inset, edgecolor="0.4")
+
+
+def _normalised(x: Array, y: Array) -> tuple[Array, Array]:
+    """A curve in a unit square, thinned to steps that can be seen."""
+    points = np.column_stack([(v - v.min()) / (np.ptp(v) or 1.0) for v in (x, y)])
+    kept = [0]
+    for number, point in enumerate(points):
+        if math.dist(point, points[kept[-1]]) >= _STEP:
+            kept.append(number)
+    return points[kept, 0], points[kept, 1]
+
+
+def _hidden_loops(x: Array, y: Array) -> Array | None:
+    """The section ((x, x), (y, y)) where a curve turns most without going far; None if it does not.
+
+    A full turn within `_SMALL_LOOP` of where it began is a loop.
+    """
+    turned = np.append(0.0, np.cumsum(np.abs(np.diff(_directions(x, y)))))
+    most, section = 2.0 * math.pi, None
+    for first in range(len(turned)):
+        away = np.hypot(x[first:-1] - x[first], y[first:-1] - y[first]) > _SMALL_LOOP
+        stretch = int(np.argmax(away)) if away.any() else len(away)
+        if stretch < 2:
+            continue
+        last = first + stretch - 1
+        if turned[last] - turned[first] > most:
+            most = turned[last] - turned[first]
+            section = np.array([_around(v[first : last + 1]) for v in (x, y)])
+    return section
+
+
+def _directions(x: Array, y: Array) -> Array:
+    return np.asarray(np.unwrap(np.arctan2(np.diff(y), np.diff(x))))
+
+
+def _around(values: Array) -> tuple[float, float]:
+    """Limits with a margin on both sides."""
+    low, high = float(values.min()), float(values.max())
+    margin = 0.3 * (high - low)
+    return low - margin, high + margin
+
+
+def _empty_place(axes: Axes, x: Array, y: Array) -> tuple[float, float] | None:
+    """The lower left corner, in parts of the panel, of the place farthest from the curve."""
+    limits = (axes.get_xlim(), axes.get_ylim())  # asking for them settles them
+    points = np.column_stack(
+        [(v - low) / (high - low) for v, (low, high) in zip((x, y), limits, strict=True)]
+    )
+    best, found = _MARGIN, None
+    for left in _PLACES:
+        for bottom in _PLACES:
+            beyond = np.abs(points - [left + _SIDE / 2, bottom + _SIDE / 2]) - _SIDE / 2
+            distance = float(beyond.max(axis=1).min())
+            if distance > best:
+                best, found = distance, (float(left), float(bottom))
+    return found
+
+
+# --- one orbit from all sides ---------------------------------------------------------------------
+
+_ORBIT_HEIGHT = 5.2  # inches
+
+# Of the stroboscopic map the last periods, those on the orbit, stand out.
+_LAST = 32
+# Of an orbit that closes these are a few, within a part of all that the map covers.
+_FEW_STATES, _NEAR = 8, 1e-3
+_LEAST = 16  # periods that are shown of the way to it
+
+
+def orbit(ds: xr.Dataset) -> Figure:
+    """Time courses on the left; phase portrait and, where there is one, stroboscopic map."""
+    figure = new_figure((PAGE, _ORBIT_HEIGHT), layout="constrained")
+    left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))  # type: ignore[misc]
+    courses = left.subplots(len(TIME_COURSES), 1, sharex=True)
+    draw_courses(list(courses), TIME_COURSES, ds)
+    left.legend(handles=both_blocks(), loc="outside upper center", ncols=2)
+    left.align_ylabels()
+    with_map = "stroboscopic_displacement" in ds.variables
+    panels = right.subplots(2 if with_map else 1, 1, squeeze=False).ravel()
+    _draw_portrait(panels[0], ds)
+    if with_map:
+        _draw_map(panels[1], ds)
+    return figure
+
+
+def _draw_portrait(axes: Axes, ds: xr.Dataset) -> None:
+    x, v = shown(ds["lower_displacement"]), shown(ds["lower_velocity"])
+    axes.plot(x.values, v.values, **line_of(ALONE))
+    axes.plot(x.values[0], v.values[0], "o", color=VERMILLION, markersize=3.0, gid="start")
+    axes.set_xlabel(x.label, fontsize=TEXT)
+    axes.set_ylabel(v.label, fontsize=TEXT)
+    axes.set_title("phase portrait; dot: phase 0 of the drive", fontsize=SMALL)
+
+
+def _draw_map(axes: Axes, ds: xr.Dataset) -> None:
+    """The states at the beginnings of drive periods, one by one from the start.
+
+    Of an orbit that closes they are a few points in the end: then the way there, against time.
+    """
+    x, v = shown(ds["stroboscopic_displacement"]), shown(ds["stroboscopic_velocity"])
+    settled = _settled(x.values, v.values)
+    if settled is None:
+        axes.plot(x.values, v.values, color=SKY, linewidth=0.0, marker=".", markersize=2.5)
+        last = slice(-min(_LAST, x.values.size), None)
+        axes.plot(x.values[last], v.values[last], "o", color=VERMILLION, markersize=3.0, gid="last")
+        axes.set_xlabel(x.label, fontsize=TEXT)
+        axes.set_ylabel(v.label, fontsize=TEXT)
+        periods = int(np.max(ds["period"].values))
+        title = f"stroboscopic map of {periods} periods; dots: the last {_LAST}"
+    else:
+        shown_periods = slice(max(2 * settled, _LEAST))
+        number = ds["period"].values[shown_periods]
+        axes.plot(number, x.values[shown_periods], ".", color=VERMILLION, markersize=4.0)
+        axes.set_xlabel("drive periods from the start", fontsize=TEXT)
+        axes.set_ylabel(x.label, fontsize=TEXT)
+        title = f"stroboscopic displacement; on the orbit after {counted(settled, 'period')}"
+    axes.set_title(title, fontsize=SMALL)
+
+
+def _settled(x: Array, v: Array) -> int | None:
+    """Return the period from which on all states are among the last few; None: there is none."""
+    extent = max(np.ptp(x), 1e-300), max(np.ptp(v), 1e-300)
+    last = slice(-min(_LAST, x.size), None)
+    states = np.column_stack([x / extent[0], v / extent[1]])
+    ends = np.unique((states[last] / _NEAR).round(), axis=0) * _NEAR
+    if len(ends) > _FEW_STATES:
+        return None
+    distance = np.abs(states[:, None] - ends[None]).max(axis=2).min(axis=1)
+    away = np.flatnonzero(distance > 2 * _NEAR)
+    return int(away[-1]) + 1 if away.size else 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from html import escape
 
@@ -12,8 +11,8 @@ from stickslip.parameters import Parameters
 from sweeps.config.load import from_mapping
 from sweeps.page import name_of, require_bokeh
 from sweeps.page.answers import answer_lines, as_json
-from sweeps.page.beginning import Beginning, of_config, of_nothing, of_result
 from sweeps.page.serving import Answer, PageServer, Query
+from sweeps.page.subject import Subject, subject_of_config, subject_of_paper, subject_of_result
 from sweeps.page.turns import Turns
 
 _HEIGHT = 900  # pixels of the page in a notebook
@@ -21,26 +20,22 @@ _HEIGHT = 900  # pixels of the page in a notebook
 _FRAMES = "frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
 
 
-def server_of(beginning: Beginning, port: int = 0) -> PageServer:
+def server_of(subject: Subject, port: int = 0) -> PageServer:
     """Return the server of a page; raises PortError, and ReportError where Bokeh is missing."""
     require_bokeh()
-    from sweeps.page.build import served  # Bokeh takes long to import
+    from sweeps.page.document import served  # Bokeh takes long to import
 
     turns = Turns()
 
-    @cache  # whoever comes again gets the same
-    def text() -> bytes:
-        return served(beginning).encode("utf-8", errors="backslashreplace")
+    text = cache(lambda: served(subject))  # whoever comes again gets the same
 
     def page(_: Query) -> Answer:
         headers = {"Content-Security-Policy": _FRAMES}
         return Answer("text/html; charset=utf-8", text(), headers)
 
     def orbit(query: Query) -> Answer:
-        return Answer("application/x-ndjson", _lines(query))
-
-    def _lines(query: Query) -> Iterator[bytes]:
-        return map(as_json, answer_lines(query, beginning, turns))
+        lines = map(as_json, answer_lines(query, subject, turns))
+        return Answer("application/x-ndjson", lines)
 
     return PageServer({"/": page, "/orbit": orbit}, port)
 
@@ -114,9 +109,9 @@ def explore(
         The port cannot be listened on.
     """
     if isinstance(target, xr.Dataset):
-        beginning = of_result(target, name_of(target), borders=borders)
+        subject = subject_of_result(target, name_of(target), borders=borders)
     elif target is None:
-        beginning = of_nothing()
+        subject = subject_of_paper()
     else:
-        beginning = of_config(from_mapping({"model": target._asdict()}), "")
-    return Explorer(server_of(beginning, port))
+        subject = subject_of_config(from_mapping({"model": target._asdict()}), "")
+    return Explorer(server_of(subject, port))

@@ -1,19 +1,26 @@
-"""The choice of points whose orbits are in the page, and of the nearest to a point."""
+"""The orbits in a page: the choice of their points, their courses, and the nearest to a point."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from html import escape
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from bokeh.models import ColumnDataSource
 from numpy.typing import NDArray
 
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
 from sweeps.charts.axes import MANY, is_scattered
+from sweeps.charts.colours import code_name
 from sweeps.charts.labels import parameters_along
 from sweeps.charts.missing import RESULT_STATUSES
 from sweeps.grid import CASE, DIRECTION
+from sweeps.human import counted
+from sweeps.points import Motion, motions
+from sweeps.page.turns import columns_of, drive_periods
 
 Numbers = NDArray[np.int64]
 
@@ -52,7 +59,10 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
     between regimes, for at most half of what is left, every kind of boundary in turn; then points
     that are spread evenly over the axes, or drawn where cases are in no order.
     """
-    chosen = _start(ds)[:most]
+    place = tuple(start_along(ds, str(dim)) for dim in ds["status"].dims)
+    first = np.arange(ds["status"].size).reshape(ds["status"].shape)[place]
+    is_pending = ds["status"].values[place] == Status.PENDING
+    chosen = np.array([] if is_pending else [first], np.int64)[:most]
     failed = np.setdiff1d(failed_points(ds), chosen)
     chosen = np.union1d(chosen, _evenly(failed, most - chosen.size))
     chosen = np.union1d(chosen, _both_sides(_boundaries(ds), (most - chosen.size) // 2))
@@ -61,13 +71,6 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
     unordered = CASE in ds.dims and is_scattered(ds, CASE)
     spread = _drawn if unordered else _spread
     return np.union1d(chosen, spread(free, most - chosen.size))
-
-
-def _start(ds: xr.Dataset) -> Numbers:
-    """Return the number of the point that is looked at first; none if it is not computed yet."""
-    place = tuple(start_along(ds, str(dim)) for dim in ds["status"].dims)
-    number = np.arange(ds["status"].size).reshape(ds["status"].shape)[place]
-    return np.array([] if ds["status"].values[place] == Status.PENDING else [number], np.int64)
 
 
 def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
@@ -79,7 +82,12 @@ def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
 
 def _boundaries(ds: xr.Dataset) -> list[Numbers]:
     """Return for each kind of boundary the pairs (n, 2) of neighbours on its two sides."""
-    axes = _axes_with_neighbours(ds) if "regime" in ds else []
+    if "regime" not in ds:
+        return []
+    # Points are neighbours along the long axes, or along all where none is.
+    dims = [str(dim) for dim in ds["regime"].dims]
+    near = [d for d in dims if d != DIRECTION and not (d == CASE and is_scattered(ds, d))]
+    axes = [dims.index(d) for d in [d for d in near if ds.sizes[d] > MANY] or near]
     if not axes:
         return []
     regime = np.where(
@@ -92,14 +100,6 @@ def _boundaries(ds: xr.Dataset) -> list[Numbers]:
     parted = (sides[:, 0] != sides[:, 1]) & (sides[:, 0] >= 0)
     kinds = np.unique(sides[parted], axis=0, return_inverse=True)[1].ravel()
     return [pairs[parted][kinds == kind] for kind in range(kinds.max(initial=-1) + 1)]
-
-
-def _axes_with_neighbours(ds: xr.Dataset) -> list[int]:
-    """Return the axes along which points are neighbours: the long ones, or all where none is."""
-    dims = [str(dim) for dim in ds["regime"].dims]
-    near = [d for d in dims if d != DIRECTION and not (d == CASE and is_scattered(ds, d))]
-    long = [dim for dim in near if ds.sizes[dim] > MANY]
-    return [dims.index(dim) for dim in long or near]
 
 
 def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
@@ -181,3 +181,88 @@ def _measures(ds: xr.Dataset, dim: str) -> list[NDArray[np.float64]]:
     columns = [ds[name].values.astype(float) for name in linked]
     scaled = [np.log(v) if 0.0 < _WIDE * v.min() < v.max() else v for v in columns]
     return [(values - values.min()) / (np.ptp(values) or 1.0) for values in scaled]
+
+
+# --- the motions at chosen points: thinned, and what is said of them ------------------------------
+
+
+def packed_orbits(
+    ds: xr.Dataset,
+    chosen: Numbers,
+    *,
+    workers: int | None = None,
+    on_motion: Callable[[], None] = lambda: None,
+) -> tuple[list[ColumnDataSource], list[dict[str, Any]]]:
+    """Return the motions at some points, and what the script knows of each of them.
+
+    Points are given as their numbers in C order. The last source says for every point of the
+    result which orbit is nearest.
+    """
+    if not chosen.size:
+        return [], []
+    sources, about = [], []
+    found = motions(ds, places_of(ds, chosen), workers=workers, on_motion=on_motion)
+    for number, motion in enumerate(found):
+        about.append(
+            {
+                "point": int(chosen[number]),
+                "words": _words(motion),
+                "drawn": motion.courses is not None,
+                "periods": drive_periods(motion.courses),
+            }
+        )
+        if motion.courses is not None:
+            columns = columns_of(motion.courses)
+            kept = thinned(np.stack([*columns.values()]))
+            thin = {name: np.float32(column[kept]) for name, column in columns.items()}
+            sources.append(ColumnDataSource(thin, name=f"orbit {number}"))
+    nearest = {"values": nearest_chosen(ds, chosen)}
+    return [*sources, ColumnDataSource(nearest, name="values of nearest orbit")], about
+
+
+def _words(motion: Motion) -> str:
+    """Return sentences on a motion, as HTML: over which time it is drawn, and its status."""
+    status = motion.point.status
+    repeats = bool(motion.obstacle) and status.sentence.endswith(motion.obstacle)
+    words = f"<span>{escape(_sentence(motion))}</span>"
+    if status is Status.OK or repeats:
+        return words
+    return f"{words}<em>{escape(code_name('status', status))}: {escape(status.sentence)}</em>"
+
+
+def _sentence(motion: Motion) -> str:
+    if motion.courses is None:
+        return f"The motion cannot be followed: {motion.obstacle}"
+    periods = counted(round(drive_periods(motion.courses)), "drive period")
+    status = motion.point.orbit().status
+    if not status.is_result:
+        return f"There is no stationary orbit: {periods} from the initial state are drawn."
+    if status is Status.APERIODIC:
+        return f"The orbit does not close: {periods} of it are drawn."
+    return f"The stationary orbit, which closes after {periods}."
+
+
+def thinned(
+    columns: NDArray[np.float64], tolerance: float = 1e-3, most: int = 6000
+) -> NDArray[np.int64]:
+    """Return samples (n,) of which straight lines between the chosen ones give columns (m, n).
+
+    No column is missed by more than `tolerance` of its range, unless that takes more than about
+    `most` samples. The first column, the time, is what lies across.
+    """
+    across, heights = columns[0], columns[1:]
+    spans = np.ptp(heights, axis=1)
+    heights = heights / np.where(spans > 0, spans, 1.0)[:, None]
+    kept = np.union1d([0, across.size - 1], [heights.argmin(1), heights.argmax(1)])
+    while kept.size < most:
+        drawn = np.stack([np.interp(across, across[kept], height[kept]) for height in heights])
+        missed = np.abs(heights - drawn).max(axis=0)
+        # Where the most is missed in each gap that has samples inside.
+        wide = np.diff(kept) > 1
+        gaps = zip(kept[:-1][wide] + 1, kept[1:][wide], strict=True)
+        worst = np.array([b + missed[b:e].argmax() for b, e in gaps], dtype=np.int64)
+        worst = worst[missed[worst] > tolerance]
+        if not worst.size:
+            break
+        kept = np.union1d(kept, worst)
+    return kept

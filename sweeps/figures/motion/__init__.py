@@ -1,1 +1,0 @@
-"""Pictures of motions in time: courses, relative motion, phase portraits."""

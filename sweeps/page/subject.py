@@ -1,0 +1,247 @@
+"""The subject of a page: its first point, and the points that it shows, as addresses and texts.
+
+In the end of an address a point is written as the `--set` that make it of the paper's, or as
+`at.NAME` of its place in the file. What else stands there (what is chosen, kept and zoomed) the
+script of the page writes and reads.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.parameters import Parameters
+from stickslip.symbols import plain
+from stickslip.variables import PARAMETERS, canonical_name
+from sweeps.charts.chart import require_borders_of
+from sweeps.charts.choice import places_at
+from sweeps.charts.labels import parameters_along, shown_number, slice_label
+from sweeps.config.load import Config, from_mapping
+from sweeps.config.schema import Integrator, Simulation
+from sweeps.config.yaml_writer import block_yaml
+from sweeps.page.controls import Scale, exact_text, scales_of
+from sweeps.points import Point, PointError, curve_or_map, point_of
+
+_SECTIONS = ("integrator", "stationary", "noise", "film")  # what a point is computed by
+_AT = "at."
+
+
+@dataclass(frozen=True)
+class ShownPoint:
+    """A point to show: what computes it, what to call it, and its place in the file, if any."""
+
+    point: Point
+    label: str
+    place: Mapping[str, int] | None = None
+
+    @property
+    def config(self) -> Config:
+        """The config that asks for this point alone."""
+        return self.point.config
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The first point, the sliders and, of a file, the result to choose points from.
+
+    `borders` are drawn on the map of the result.
+    """
+
+    name: str
+    first: ShownPoint
+    scales: Mapping[str, Scale]
+    result: xr.Dataset | None = None
+    notes: tuple[str, ...] = ()
+    borders: xr.Dataset | None = None
+
+
+def subject_of_paper() -> Subject:
+    """The paper's values."""
+    config = from_mapping({})
+    return Subject("", point_alone(config, config.parameters()), scales_of({}))
+
+
+def subject_of_config(config: Config, name: str) -> Subject:
+    """The fixed values of a config, the middle of its axes, its first case."""
+    middle = {axis: values[len(values) // 2] for axis, values in config.sweep.items()}
+    first = {linked: values[0] for linked, values in config.cases.items()}
+    adaptive, notes = _adaptive(config)
+    alone = point_alone(adaptive, config.parameters()._replace(**middle, **first))
+    return Subject(name, alone, scales_of({**config.sweep, **config.cases}), notes=notes)
+
+
+def subject_of_result(
+    result: xr.Dataset,
+    name: str,
+    notes: tuple[str, ...] = (),
+    borders: xr.Dataset | None = None,
+) -> Subject:
+    """A result, opened in the middle of its axes.
+
+    Raises PointError if it is no result of a sweep, or the borders are not its own.
+    """
+    result = curve_or_map(result)
+    if borders is not None:
+        try:
+            require_borders_of(result, borders)
+        except ValueError as error:
+            raise PointError(plain(str(error))) from None
+    middle = {str(dim): size // 2 for dim, size in result.sizes.items() if size > 1}
+    first, more = _point_and_notes(result, middle)
+    names = [name for dim in middle for name in parameters_along(result, dim)]
+    scales = scales_of({name: result[name].values.tolist() for name in names})
+    return Subject(name, first, scales, result if middle else None, (*notes, *more), borders)
+
+
+def point_of_result(result: xr.Dataset, place: Mapping[str, int]) -> ShownPoint:
+    """The point of a result at a place along each of its axes."""
+    return _point_and_notes(result, place)[0]
+
+
+def _point_and_notes(
+    result: xr.Dataset, place: Mapping[str, int]
+) -> tuple[ShownPoint, tuple[str, ...]]:
+    point = point_of(result.isel(dict(place)))
+    config, notes = _adaptive(_config_of_point(point.config, point.parameters))
+    # Of a point that another method computed there is nothing to compare with.
+    stored = {} if notes else point.stored
+    label = plain(slice_label(result, place)) or "the only point"
+    return ShownPoint(replace(point, config=config, stored=stored), label, place), notes
+
+
+def point_alone(config: Config, parameters: Parameters) -> ShownPoint:
+    """A point with the settings of a config, which begins at its own initial values."""
+    changed = [
+        plain(shown_number(name, value).equation)
+        for name, value in _changed_parameters(parameters).items()
+    ]
+    label = f"{', '.join(changed)}; the rest as in the paper" if changed else "the paper's values"
+    nothing = np.empty((0, len(Parameters._fields)))
+    point = Point(_config_of_point(config, parameters), label, stored={}, before=nothing)
+    return ShownPoint(point, label)
+
+
+def _config_of_point(config: Config, parameters: Parameters) -> Config:
+    """The config of one point and its stationary orbit."""
+    alone: dict[str, Any] = {"title": None, "model": parameters._asdict(), "sweep": {}, "cases": {}}
+    alone |= {"follow": None, "refine": None, "simulation": Simulation()}
+    return config.model_copy(update=alone)
+
+
+def _adaptive(config: Config) -> tuple[Config, tuple[str, ...]]:
+    """The config with the adaptive method, and a note where it had another, too slow to follow."""
+    method, adaptive = config.integrator.method, Integrator()
+    if method == adaptive.method:
+        return config, ()
+    note = f"This page computes with the method {adaptive.method}, not with {method}."
+    return config.model_copy(update={"integrator": adaptive}), (note,)
+
+
+# --- a point as text to copy: a config, and a command line ----------------------------------------
+
+
+def config_text(shown_point: ShownPoint, periods: int = 1) -> str:
+    """A config of the point alone, for `stickslip sweep` and `simulate`."""
+    config = shown_point.config
+    written: dict[str, Any] = {
+        "model": _changed_parameters(config.parameters()),
+        **_changed_settings(config),
+        "simulation": {"periods": periods, "start": "stationary"},
+    }
+    remark = ""  # of what a config cannot express
+    if len(shown_point.point.before):
+        remark = (
+            "# In the file this point starts from the orbit of its neighbour. "
+            "From its own initial\n# values, as below, it may come to another orbit.\n"
+        )
+    return remark + block_yaml(written)
+
+
+def command_text(shown_point: ShownPoint, periods: int = 1) -> str:
+    """The command that computes the time courses over the orbit of the point."""
+    changes = _changes_text(shown_point) | {"simulation.start": "stationary"}
+    words = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
+    return shlex.join(["stickslip", "simulate", *words, "--periods", str(periods)])
+
+
+def _changes_text(shown_point: ShownPoint) -> dict[str, str]:
+    """What makes the paper's point this one: keys and values as of `--set`."""
+    changed = _changed_parameters(shown_point.point.parameters)
+    changes = {name: exact_text(value) for name, value in changed.items()}
+    for section, keys in _changed_settings(shown_point.config).items():
+        changes |= {f"{section}.{key}": _text(value) for key, value in keys.items()}
+    return changes
+
+
+def _changed_parameters(parameters: Parameters) -> dict[str, float]:
+    """Return the parameters that are not the paper's."""
+    values = parameters._asdict().items()
+    return {name: value for name, value in values if value != PARAMETERS[name].default}
+
+
+def _changed_settings(config: Config) -> dict[str, dict[str, Any]]:
+    """The keys of the sections that are not at their defaults."""
+    default = from_mapping({})
+    changed = {}
+    for section in _SECTIONS:
+        usual, values = (getattr(one, section).used() for one in (default, config))
+        changed[section] = {k: v for k, v in values.items() if usual.get(k, ...) != v}
+    return {section: keys for section, keys in changed.items() if keys}
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return exact_text(value) if isinstance(value, float) else str(value)
+
+
+# --- a point as the end of an address -------------------------------------------------------------
+
+
+def changes_of(shown_point: ShownPoint) -> dict[str, str]:
+    """Return what makes the paper's point this one; at least its temperature."""
+    usual = {"temperature": exact_text(shown_point.point.parameters.temperature)}
+    return usual | _changes_text(shown_point)
+
+
+def place_of(shown_point: ShownPoint, result: xr.Dataset | None) -> dict[str, str] | None:
+    """Return where a point of the file is, as `at.NAME` and values; None for any other point."""
+    if shown_point.place is None or result is None:
+        return None
+    values = {dim: result[dim].values[at] for dim, at in shown_point.place.items()}
+    return {
+        _AT + dim: exact_text(float(value)) if value.dtype.kind in "fiu" else str(value)
+        for dim, value in values.items()
+    }
+
+
+def point_of_address(parts: Mapping[str, str], result: xr.Dataset | None) -> ShownPoint:
+    """Return the point that an address asks for.
+
+    Raises ConfigError for what is no parameter, setting or value of one, and PointError for what
+    the file does not have.
+    """
+    place = {k.removeprefix(_AT): part for k, part in parts.items() if k.startswith(_AT)}
+    if place:
+        if result is None:
+            raise PointError("this page has no result file to open a point of")
+        try:
+            at = places_at(result, [f"{name}={value}" for name, value in place.items()])
+        except ValueError as error:
+            raise PointError(str(error)) from None
+        if left := [d for d, size in result.sizes.items() if size > 1 and d not in at]:
+            raise PointError(f"several points are left: at.{left[0]} is missing")
+        return point_of_result(result, at)
+    for key in parts:  # above all those that name a file to read
+        section, dot, _ = key.partition(".")
+        if not (section in _SECTIONS if dot else canonical_name(key)):
+            raise PointError(f"{key} is neither a parameter nor a setting")
+    config = from_mapping({}, overrides=[f"{key}={part}" for key, part in parts.items()])
+    if config.sweep or config.cases:
+        raise PointError("an address has one value of each parameter")
+    return point_alone(config, config.parameters())
