@@ -92,10 +92,13 @@ def _axis_label(ds: xr.Dataset, coordinate: xr.DataArray) -> str:
 
 def is_geometric(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
     """Tell whether sorted values have a common ratio, hence even steps on a log axis."""
-    if values.size < 3 or values[0] <= 0:
-        return False
-    steps = np.diff(np.log(values))
-    return bool(np.allclose(steps, steps.mean(), rtol=1e-6, atol=0))
+    return values.size > 2 and bool(values[0] > 0) and is_even(np.log(values))
+
+
+def is_even(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
+    """Tell whether sorted values, at least three, have a common step."""
+    steps = np.diff(values)
+    return values.size > 2 and bool(np.allclose(steps, steps.mean(), rtol=1e-6, atol=0.0))
 
 
 def is_scattered(ds: xr.Dataset, dim: str) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.options import FRICTION_LAWS, METHODS, NOISE_TREATMENTS, STRAINS
 from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, ParameterVariable
-from sweeps.charts.axes import is_geometric
+from sweeps.charts.axes import is_even, is_geometric
 from sweeps.charts.labels import typeset_units
 from sweeps.config.load import Config
 from sweeps.config.numbers import number
@@ -57,10 +57,13 @@ def controls_html(config: Config) -> str:
 def _row(name: str) -> str:
     parameter = PARAMETERS[name]
     words, unit = name.replace("_", " "), units_of(parameter)
-    called = f"{words}, {plain(unit)}" if unit else words
+    default = f"{exact_text(parameter.default)} {plain(unit)}".strip()
+    comment = f" ({parameter.comment})" if parameter.comment else ""
+    title = escape(f"{name}: {parameter.meaning}{comment}; in the paper {default}")
+    called = escape(f"{words}, {plain(unit)}" if unit else words)
+    symbol = f'<span class="symbol" title="{title}">{as_html(f"${parameter.tex}$")}</span>'
     slider = f'<input type="range" id="slider-{name}" step="any" aria-label="{words}">'
-    box = f'<input type="text" id="box-{name}" aria-label="{escape(called)}" spellcheck="false">'
-    symbol = f'<span class="symbol" title="{escape(_help(parameter))}">{_symbol(parameter)}</span>'
+    box = f'<input type="text" id="box-{name}" aria-label="{called}" spellcheck="false">'
     return f'<div class="control">{symbol}{slider}{box}<span>{as_html(unit)}</span></div>'
 
 
@@ -118,10 +121,6 @@ def read_number(text: str) -> float:
         return number(text)
 
 
-def _symbol(parameter: ParameterVariable) -> str:
-    return as_html(f"${parameter.tex}$")
-
-
 def units_of(parameter: ParameterVariable) -> str:
     """Return the unit of a parameter, in which its box takes numbers, in mathtext."""
     if parameter.name == "viscosity_coefficient":
@@ -129,17 +128,10 @@ def units_of(parameter: ParameterVariable) -> str:
     return typeset_units(parameter.units)
 
 
-def _help(parameter: ParameterVariable) -> str:
-    default = f"{exact_text(parameter.default)} {plain(units_of(parameter))}".strip()
-    comment = f" ({parameter.comment})" if parameter.comment else ""
-    return f"{parameter.name}: {parameter.meaning}{comment}; in the paper {default}"
-
-
 # --- the values that a slider reaches, and their texts --------------------------------------------
 
 _STEPS = 200  # a linear slider has this many steps, or up to five times as many
 _DECADE = 100  # steps of a logarithmic slider over a factor of ten
-_DIGITS = 4  # of the values of a logarithmic slider
 _WIDE = 100.0  # a slider without a range of its own reaches this many times the default, and a part
 _LARGEST_DENOMINATOR, _LARGEST_FRACTION = 12, 2  # beyond, a decimal is easier to read
 _LONGEST = 9  # letters that a box shows
@@ -148,50 +140,26 @@ _SMALL = 1e-3  # below it a number is written with an exponent
 
 @dataclass(frozen=True)
 class Scale:
-    """The values `lower` to `upper` of a slider, which stands at positions."""
+    """The values `lower` to `upper` of a slider, even ones or those of an even logarithm."""
 
     lower: float
     upper: float
     logarithmic: bool = False
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """The first and the last position."""
-        return self._place(self.lower), self._place(self.upper)
-
-    @property
     def step(self) -> float:
-        """The distance between neighbouring positions."""
+        """The distance between neighbouring positions, which are values or their logarithms."""
         if self.logarithmic:
             return 1.0 / _DECADE
         fine = (self.upper - self.lower) / _STEPS
         power = 10.0 ** math.floor(math.log10(fine))
         return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= fine * 1.001)
 
-    def position(self, value: float) -> float:
-        """Return the position of the slider for a value; an end for values beyond it."""
-        low, high = self.ends
-        if self.logarithmic and value <= 0.0:
-            return low
-        return min(max(self._place(value), low), high)
-
-    def value(self, position: float) -> float:
-        """The value at a position, as round as its distance to the next one allows."""
-        if position in self.ends:
-            return self.lower if position == self.ends[0] else self.upper
-        if self.logarithmic:
-            return float(f"{10.0**position:.{_DIGITS - 1}e}")
-        decimals = max(0, -math.floor(math.log10(self.step)))
-        return round(round(position / self.step) * self.step, decimals)
-
     def reaching(self, value: float) -> Scale:
         """Return this slider, or a longer one of the same kind that reaches a value."""
         if self.logarithmic and value <= 0.0:
             return self
         return replace(self, lower=min(self.lower, value), upper=max(self.upper, value))
-
-    def _place(self, value: float) -> float:
-        return math.log10(value) if self.logarithmic else value
 
 
 # Where a lubricant may be looked for; the paper's values lie well inside.
@@ -227,7 +195,7 @@ def scale_of_axis(name: str, values: Sequence[float]) -> Scale:
     low, high = float(ordered[0]), float(ordered[-1])
     if low == high:
         return scale_of(name).reaching(low)
-    wanted = scale_of(name).logarithmic and low > 0.0 and not _is_even(ordered)
+    wanted = scale_of(name).logarithmic and low > 0.0 and not is_even(ordered)
     return Scale(low, high, logarithmic=wanted or is_geometric(ordered))
 
 
@@ -262,13 +230,7 @@ def _rounded(value: float) -> str:
 
 
 def _tidied(written: str) -> str:
-    """A number without zeros at the end of its digits and the subject of its exponent."""
+    """A number without zeros at the end of its digits and the beginning of its exponent."""
     mantissa, _, exponent = written.partition("e")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa
-
-
-def _is_even(ordered: np.ndarray) -> bool:
-    """Tell whether sorted values, at least three, have a common step."""
-    steps = np.diff(ordered)
-    return len(ordered) > 2 and bool(np.allclose(steps, steps.mean(), rtol=1e-6, atol=0.0))

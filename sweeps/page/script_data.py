@@ -19,30 +19,7 @@ from sweeps.charts.labels import DIRECTIONS, Array, Quantity, shown, slice_label
 from sweeps.charts.missing import trusted, value_range
 from sweeps.figure_table import AMPLITUDES
 from sweeps.grid import CASE, DIRECTION
-from sweeps.page.chosen_orbits import Numbers, nearest_chosen
 from sweeps.page.drawing import palette_of
-
-
-def kinds_html(colours: Colours) -> str:
-    """Return the kinds or counts of a variable, each with its colour and its meaning."""
-    squares = [
-        _square(colour, code_name(colours.name, code), code_sentence(colours.name, code))
-        for colour, code in zip(palette_of(colours), colours.codes, strict=True)
-    ]
-    return "".join(squares)
-
-
-def missing_html() -> str:
-    """Return the colour of points without a value."""
-    return _square(GREY, "no value", "No result, or not defined at these points.")
-
-
-def _square(colour: str, text: str, meaning: str) -> str:
-    square = f'<i style="background:{colour}"></i>'
-    return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
-
-
-# --- numbers --------------------------------------------------------------------------------------
 
 # What a reader looks at first.
 _FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")
@@ -94,7 +71,8 @@ def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
 def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
     """Return what is said of a variable, and the ranges or kinds of its values."""
     quantity, words = shown(trusted(ds, name)), name.replace("_", " ")
-    is_word = _is_word(quantity, words)
+    # A symbol may be a word that says less than the name.
+    is_word = plain(quantity.symbol).replace("_", " ") in words
     about = {
         "name": name,
         "called": called(name),
@@ -105,26 +83,33 @@ def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
     title = f'<strong title="{escape(RESULTS[name].meaning)}">{heading}</strong>'
     none = ""
     if not np.isfinite(quantity.values).all():
-        none = missing_html()
+        none = _square(GREY, "no value", "No result, or not defined at these points.")
     if not colours.codes:
         ranges = {"linear": _range(ds, name), "log": _range(ds, name, log=True)}
         return about | {"legend": title + none, "ranges": ranges}
-    names = [escape(code_name(name, code)) for code in colours.codes]
+    names = [code_name(name, code) for code in colours.codes]
+    palette = palette_of(colours)
+    kinds = [
+        _square(colour, text, code_sentence(name, code))
+        for colour, text, code in zip(palette, names, colours.codes, strict=True)
+    ]
     ends = -0.5, len(names) - 0.5
-    ranges = {"kinds": (*ends, *ends)}
     return about | {
-        "legend": title + kinds_html(colours) + none, "ranges": ranges,
-        "palette": palette_of(colours), "names": names,
-    }  # fmt: skip
+        "legend": title + "".join(kinds) + none,
+        "ranges": {"kinds": (*ends, *ends)},
+        "palette": palette,
+        "names": list(map(escape, names)),
+    }
+
+
+def _square(colour: str, text: str, meaning: str) -> str:
+    """Return a line of a legend, which wraps where a page is narrow."""
+    square = f'<i style="background:{colour}"></i>'
+    return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
 
 
 def _unit(quantity: Quantity) -> str:
     return f" {as_html(quantity.units)}" if quantity.units else ""
-
-
-def _is_word(quantity: Quantity, words: str) -> bool:
-    """Return whether the symbol of a variable is a word that says less than its name."""
-    return plain(quantity.symbol).replace("_", " ") in words
 
 
 def _range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, ...]:
@@ -145,16 +130,14 @@ def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[Column
     for name, numbers in values.items():
         yield _source(name, numbers.astype(np.float32))
     heights = {name: numbers for name, numbers in values.items() if not variables[name].codes}
-    bits = [list(values).index(name) for name in heights]
+    # A number for each point, whose bits say which variables jump over the interval behind it.
+    bits = np.array([list(values).index(name) for name in heights], dtype=np.uint32)
+    weights = np.uint32(1) << bits
     for dim in map(str, ds["status"].dims):
         if dim != DIRECTION:
             found = _jumps_along(ds, dim, np.stack([*heights.values()]))
-            yield _source(f"jumps along {dim}", _packed(found, bits))
-
-
-def nearest_source(ds: xr.Dataset, chosen: Numbers) -> ColumnDataSource:
-    """Return, for each point, which of those of its kind with an orbit in the page is nearest."""
-    return ColumnDataSource({"values": nearest_chosen(ds, chosen)}, name="values of nearest orbit")
+            jumping = np.tensordot(weights, found.astype(np.uint32), axes=1)
+            yield _source(f"jumps along {dim}", jumping)
 
 
 def _source(name: str, values: Array) -> ColumnDataSource:
@@ -168,9 +151,3 @@ def _jumps_along(ds: xr.Dataset, dim: str, heights: Array) -> Array:
     found = jumps(ds.transpose(..., dim), steps, np.moveaxis(heights, axis, -1))
     ahead = [(0, 0)] * (found.ndim - 1) + [(0, 1)]
     return np.moveaxis(np.pad(found, ahead), -1, axis)
-
-
-def _packed(found: Array, bits: list[int]) -> Array:
-    """Return for each point a number whose bits say of which variables something was found."""
-    weights = np.uint32(1) << np.array(bits, dtype=np.uint32)
-    return np.tensordot(weights, found.astype(np.uint32), axes=1)

@@ -273,7 +273,7 @@ class _RefusedError(Exception):
 
 
 class _BrokenError(Exception):
-    """An answer that failed when its subject had been sent."""
+    """An answer that failed when its beginning had been sent."""
 
 
 class _Request(NamedTuple):
