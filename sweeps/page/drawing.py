@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -37,7 +36,6 @@ from sweeps.charts.chart import (
     Curve,
     Curves,
     border_parts,
-    break_line,
 )
 from sweeps.charts.colours import (
     BLACK,
@@ -90,43 +88,6 @@ def line_style(style: CurveStyle) -> dict[str, Any]:
     return {"line_color": style.colour, "line_width": width, "line_dash": dashes}
 
 
-def name_ticks(side: Any, axis: Axis) -> None:
-    """Put ticks on a side of a figure: at round numbers, or with the names of points."""
-    side.axis_label = None if axis.dim == STRIP else plain(axis.label)
-    if axis.dim == STRIP:
-        side.ticker = FixedTicker(ticks=[])
-    elif axis.geometric:
-        put_round_ticks(side, *ends_of(axis))
-    if axis.names:
-        places = axis.quantity.values.tolist()
-        side.ticker = FixedTicker(ticks=places)
-        names = [plain(name).replace(",\n", "\n") for name in axis.names]
-        side.major_label_overrides = dict(zip(places, names, strict=True))
-
-
-def put_round_ticks(side: Any, low: float, high: float) -> None:
-    """Put ticks on a logarithmic side of a figure; Bokeh would write 20000 as 2.000e+4."""
-    numbers = round_numbers(low, high)
-    side.ticker = FixedTicker(ticks=numbers)
-    if len(numbers) > 1 and numbers[1] / numbers[0] < _TEN:
-        side.major_label_overrides = {n: plain(shown(xr.DataArray(n)).value) for n in numbers}
-
-
-def round_numbers(low: float, high: float) -> list[float]:
-    """Return 1, 2, 5, 10 ... over a range; powers of ten where it is long."""
-    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    mantissas = (1, 2, 5) if last - first <= _DECADES else (1,)
-    numbers = [mantissa * 10.0**power for power in range(first, last + 1) for mantissa in mantissas]
-    return [number for number in numbers if low <= number <= high]
-
-
-def mapper_of(colours: Colours) -> ColorMapper:
-    """Return the colours of values, or of the places of codes, in the browser."""
-    kind = LogColorMapper if colours.log else LinearColorMapper
-    look = {"palette": palette_of(colours), "nan_color": GREY}
-    return kind(low=colours.low, high=colours.high, **look)
-
-
 def palette_of(colours: Colours) -> list[str]:
     """Return a colour for each code, or those of a scale of values from low to high."""
     if colours.is_named and colours.codes:
@@ -158,16 +119,27 @@ def _put_above(drawn: figure, legend: Legend, columns: int, spacing: int) -> Non
 
 # --- charts ---------------------------------------------------------------------------------------
 
-_HEIGHT, _LOW = 460, 200  # pixels; a strip is low
+_LOW = 200  # pixels, of a strip
 _DOT, _SMALL_DOT, _FEW = 4.0, 2.0, 40  # pixels: of few points beyond the line, and of more
 _POINT, _MARK = 7.0, 15.0  # pixels
 CROSSES = 0.97
 """How far up missing points of curves are marked, as a part of the height."""
 
 
-def draw(chart: Chart, height: int = _HEIGHT) -> figure:
-    """Return the figure of a chart; what its colours are the page around it says: it may change."""
-    drawn = _DRAWN_BY[type(chart)](chart, height)
+def draw(chart: Chart, height: int, mapper: ColorMapper) -> figure:
+    """Return the figure of a chart, whose values the script of the page puts in.
+
+    It finds them by the names of the renderers: `cells` of a map or of points; of curve 0
+    `curve 0` with its points, `jumps 0` and `missing 0`; and `mark`, the ring around the point that
+    is open. What the colours are the page around it says, as they may change: the `mapper` has
+    them, except where they are those of kinds on which a variable depends.
+    """
+    if isinstance(chart, Cells):
+        drawn = _draw_cells(chart, height, mapper)
+    elif isinstance(chart, Curves):
+        drawn = _draw_curves(chart, height)
+    else:
+        drawn = _draw_cloud(chart, height, mapper)
     source = ColumnDataSource({"x": [], "y": []})
     for colour, width in (("white", 5.0), (BLACK, 2.5)):  # seen on any colour
         ring = {"fill_color": None, "line_color": colour, "line_width": width, "size": _MARK}
@@ -175,20 +147,26 @@ def draw(chart: Chart, height: int = _HEIGHT) -> figure:
     return drawn
 
 
-def _draw_cells(chart: Cells, height: int) -> figure:
-    drawn = _figure(chart.across, chart.up, height)
-    (left, right), (bottom, top) = ends_of(chart.across), ends_of(chart.up)
-    mapper = mapper_of(chart.colours)
-    drawn.image(
-        image=[chart.image()], x=left, y=bottom, dw=right - left, dh=top - bottom,
-        color_mapper=mapper, name="cells",
-    )  # fmt: skip
-    _add_scale(drawn, chart.colours, mapper)
+def _draw_cells(chart: Cells, height: int, mapper: ColorMapper) -> figure:
+    up = chart.up
+    ends = {"x_range": ends_of(chart.across), "y_range": ends_of(up)}
+    kinds = {"x_axis_type": _scale(chart.across.geometric), "y_axis_type": _scale(up.geometric)}
+    drawn = new_figure(height=min(height, _LOW) if up.dim == STRIP else height, **ends, **kinds)
+    _name_ticks(drawn.xaxis, chart.across)
+    _name_ticks(drawn.yaxis, up)
+    (left, right), (bottom, top) = ends.values()
+    nothing, size = np.zeros((1, 1), np.float32), {"dw": right - left, "dh": top - bottom}
+    drawn.image(image=[nothing], x=left, y=bottom, **size, color_mapper=mapper, name="cells")
+    if not chart.colours.codes:
+        add_colour_bar(drawn, mapper)
     return drawn
 
 
 def _draw_curves(chart: Curves, height: int) -> figure:
-    drawn = _figure(chart.across, None, height, log=chart.log, y_range=Range1d(*chart.ends))
+    kinds = {"x_axis_type": _scale(chart.across.geometric), "y_axis_type": _scale(chart.log)}
+    ends = {"x_range": ends_of(chart.across), "y_range": Range1d(*chart.ends)}
+    drawn = new_figure(height=height, **ends, **kinds)
+    _name_ticks(drawn.xaxis, chart.across)
     drawn.extra_y_ranges = {"height": Range1d(0.0, 1.0)}
     for number, curve in enumerate(chart.curves):
         _draw_curve(drawn, chart.across, number, curve)
@@ -200,78 +178,82 @@ def _draw_curves(chart: Curves, height: int) -> figure:
 
 
 def _draw_curve(drawn: figure, axis: Axis, number: int, curve: Curve) -> None:
-    """Draw a curve with gaps at its jumps, dotted lines there, crosses for missing points."""
-    style, across = curve.style(PALETTE), axis.quantity.values
+    """Draw a curve with its points, dotted lines at its jumps, crosses for missing points."""
+    style = curve.style(PALETTE)
     colour = {"color": style.colour}
     named = {"legend_label": plain(curve.label)} if curve.label else {}
-    x, y = break_line(axis, curve.values, curve.jumps)
-    source, look = ColumnDataSource({"x": x, "y": y}), line_style(style)
+    source, look = ColumnDataSource({"x": [], "y": []}), line_style(style)
     drawn.line("x", "y", source=source, name=f"curve {number}", **look, **named)
-    size = look["line_width"] + (_DOT if across.size <= _FEW else 0.0)
+    size = look["line_width"] + (_DOT if axis.order.size <= _FEW else 0.0)
     dots = {"size": max(size, _SMALL_DOT), "fill_color": style.colour, "line_color": None}
     drawn.scatter("x", "y", source=source, **dots, **named)
-    at = np.flatnonzero(curve.jumps)
-    ends = {"x": axis.middles[at], "below": curve.values[at], "above": curve.values[at + 1]}
-    drawn.segment(
-        "x", "below", "x", "above", source=ColumnDataSource(ends), line_dash="dotted",
-        name=f"jumps {number}", **colour,
-    )  # fmt: skip
-    lost = across[np.isnan(curve.values)]
-    crosses = ColumnDataSource({"x": lost, "y": np.full(lost.size, CROSSES)})
-    drawn.scatter(
-        "x", "y", source=crosses, marker="x", size=8, y_range_name="height",
-        name=f"missing {number}", **colour,
-    )  # fmt: skip
+    jumps = ColumnDataSource({"x": [], "below": [], "above": []})
+    dotted = {"line_dash": "dotted", "name": f"jumps {number}"}
+    drawn.segment("x", "below", "x", "above", source=jumps, **dotted, **colour)
+    crosses = {"marker": "x", "size": 8, "y_range_name": "height", "name": f"missing {number}"}
+    drawn.scatter("x", "y", source=ColumnDataSource({"x": [], "y": []}), **crosses, **colour)
 
 
-def _draw_cloud(chart: Cloud, height: int) -> figure:
-    kinds = ["log" if log else "linear" for log in chart.log]
+def _draw_cloud(chart: Cloud, height: int, mapper: ColorMapper) -> figure:
+    kinds = dict(zip(("x_axis_type", "y_axis_type"), map(_scale, chart.log), strict=True))
     ends = {"y_range": Range1d(*chart.ends)} if chart.ends else {}
-    drawn = new_figure(height=height, x_axis_type=kinds[0], y_axis_type=kinds[1], **ends)
-    values = np.ma.filled(chart.values.astype(float), np.nan)
-    data = {"x": chart.x, "y": chart.y, "value": values}
-    mapper = mapper_of(chart.colours) if chart.colours else None
-    colour = {"field": "value", "transform": mapper} if mapper else BLACK
-    drawn.scatter(
-        "x", "y", source=data, size=_POINT, fill_color=colour, line_color=None, name="cells"
-    )
-    drawn.xaxis.axis_label, drawn.yaxis.axis_label = map(plain, chart.labels)
-    across_up = ((drawn.xaxis, chart.x), (drawn.yaxis, chart.y))
-    for (side, numbers), log in zip(across_up, chart.log, strict=True):
-        if log and not (side is drawn.yaxis and chart.ends):
-            put_round_ticks(side, numbers.min(), numbers.max())
+    drawn = new_figure(height=height, **kinds, **ends)
+    columns = {
+        "x": chart.x,
+        "y": chart.y,
+        "value": np.ma.filled(chart.values.astype(float), np.nan),
+    }
+    data = {name: np.float32(column) for name, column in columns.items()}
+    fill: Any = BLACK
     if chart.colours:
-        _add_scale(drawn, chart.colours, mapper)
-    return drawn
-
-
-def _add_scale(drawn: figure, colours: Colours, mapper: Any) -> None:
-    """Put a scale of values beside a figure; kinds are named by the page around it (`legends`)."""
-    if not colours.codes:
+        own = _mapper_of(chart.colours) if chart.ends else mapper
+        fill = {"field": "value", "transform": own}
+    look = {"size": _POINT, "fill_color": fill, "line_color": None}
+    drawn.scatter("x", "y", source=data, **look, name="cells")
+    drawn.xaxis.axis_label, drawn.yaxis.axis_label = map(plain, chart.labels)
+    sides = (drawn.xaxis, drawn.yaxis), (chart.x, chart.y), chart.log
+    for side, numbers, log in zip(*sides, strict=True):
+        if log:
+            _put_round_ticks(side, numbers.min(), numbers.max())
+    if chart.colours and not chart.colours.codes:
         add_colour_bar(drawn, mapper)
-
-
-_DRAWN_BY: dict[type, Callable[[Any, int], figure]] = {
-    Cells: _draw_cells,
-    Curves: _draw_curves,
-    Cloud: _draw_cloud,
-}
-
-
-def _figure(
-    across: Axis, up: Axis | None, height: int, *, log: bool = False, **settings: Any
-) -> figure:
-    """Return an empty figure with the axes of a chart."""
-    kinds = {"x_axis_type": "log" if across.geometric else "linear"}
-    kinds["y_axis_type"] = "log" if log or (up is not None and up.geometric) else "linear"
-    if up is not None:
-        height = min(height, _LOW) if up.dim == STRIP else height
-        settings["y_range"] = ends_of(up)
-    drawn = new_figure(height=height, x_range=ends_of(across), **kinds, **settings)
-    for axis, side in ((across, drawn.xaxis), (up, drawn.yaxis)):
-        if axis is not None:
-            name_ticks(side, axis)
     return drawn
+
+
+def _scale(logarithmic: bool) -> str:
+    return "log" if logarithmic else "linear"
+
+
+def _name_ticks(side: Any, axis: Axis) -> None:
+    """Put ticks on a side of a figure: at round numbers, or with the names of points."""
+    side.axis_label = None if axis.dim == STRIP else plain(axis.label)
+    if axis.dim == STRIP:
+        side.ticker = FixedTicker(ticks=[])
+    elif axis.geometric:
+        _put_round_ticks(side, *ends_of(axis))
+    if axis.names:
+        places = axis.quantity.values.tolist()
+        side.ticker = FixedTicker(ticks=places)
+        names = [plain(name).replace(",\n", "\n") for name in axis.names]
+        side.major_label_overrides = dict(zip(places, names, strict=True))
+
+
+def _put_round_ticks(side: Any, low: float, high: float) -> None:
+    """Put ticks at 1, 2, 5, 10 ... on a logarithmic side; at powers of ten where it is long."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    mantissas = (1, 2, 5) if last - first <= _DECADES else (1,)
+    numbers = [mantissa * 10.0**power for power in range(first, last + 1) for mantissa in mantissas]
+    numbers = [number for number in numbers if low <= number <= high]
+    side.ticker = FixedTicker(ticks=numbers)
+    if len(numbers) > 1 and numbers[1] / numbers[0] < _TEN:  # Bokeh would write 2.000e+4
+        side.major_label_overrides = {n: plain(shown(xr.DataArray(n)).value) for n in numbers}
+
+
+def _mapper_of(colours: Colours) -> ColorMapper:
+    """Return the colours of values, or of the places of codes, in the browser."""
+    kind = LogColorMapper if colours.log else LinearColorMapper
+    look = {"palette": palette_of(colours), "nan_color": GREY}
+    return kind(low=colours.low, high=colours.high, **look)
 
 
 # --- borders between kinds of motion on maps ------------------------------------------------------

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from bokeh.models import (
     ColorMapper,
@@ -180,39 +179,21 @@ def _examples(variables: Mapping[str, Colours]) -> Iterator[tuple[str, str]]:
 
 
 def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int, mapper: ColorMapper) -> Sheet:
-    figure = draw(chart, height)
+    figure = draw(chart, height, mapper)
     figure.name = name
-    for shape in figure.renderers:
-        _empty(shape)
     about: dict[str, Any] = {"figure": name}
-    for bar in figure.right:
-        bar.color_mapper = mapper
     if isinstance(chart, Cells):
-        figure.select_one({"name": "cells"}).glyph.color_mapper = mapper
         about |= {"kind": "cells", "x": _ruler(ds, chart.across), "y": _ruler(ds, chart.up)}
     elif isinstance(chart, Curves):
         fixed = [[[_place(ds, dim), at] for dim, at in c.places.items()] for c in chart.curves]
         about |= {"kind": "curves", "x": _ruler(ds, chart.across), "curves": fixed}
     else:
-        if chart.ends is None and chart.colours:
-            figure.select_one({"name": "cells"}).glyph.fill_color.transform = mapper
         about |= {"kind": "cloud", "axis": _place(ds, CASE), "heights": chart.ends is not None}
         about["log"] = list(chart.log)
         about["names"] = [chart.names[0], "" if chart.ends else chart.names[1]]
         if chart.names[1] in ("regime", "status"):  # as heights they have names
             figure.yaxis.ticker = SingleIntervalTicker(interval=1)
     return Sheet(figure, about)
-
-
-def _empty(shape: Any) -> None:
-    """Take the values out of a shape; the script of the page puts those in that are looked at."""
-    data = shape.data_source.data
-    if "image" in data:
-        shape.data_source.data = {"image": [np.zeros((1, 1), dtype=np.float32)]}
-    elif "value" in data:
-        shape.data_source.data = {key: np.float32(values) for key, values in data.items()}
-    else:
-        shape.data_source.data = {key: [] for key in data}
 
 
 def _ruler(ds: xr.Dataset, axis: Axis) -> dict[str, Any]:

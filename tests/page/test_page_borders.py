@@ -11,7 +11,7 @@ from sweeps.charts.chart import chart_of
 from sweeps.charts.choice import Choice
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
-from bokeh.models import HoverTool
+from bokeh.models import HoverTool, LinearColorMapper
 
 from sweeps.page.drawing import add_borders, draw
 
@@ -35,7 +35,7 @@ def borders_of(**more: list[int]) -> xr.Dataset:
 
 def drawn_with(borders: xr.Dataset, across: str | None = None, up: str | None = None):
     chart = chart_of(sweep(temperature=T, angular_frequency=OMEGA), Choice(STRESS, across, up))
-    drawn = draw(chart)
+    drawn = draw(chart, 300, LinearColorMapper())
     before = len(drawn.renderers)
     add_borders(drawn, chart, borders)
     return drawn, {shape.name: shape for shape in drawn.renderers[before:]}
