@@ -359,11 +359,6 @@ def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
         raise ValueError(elsewhere)
 
 
-def are_over(borders: xr.Dataset, across: Axis, up: Axis) -> bool:
-    """Return whether borders lie over two axes, in either order."""
-    return {across.dim, up.dim} == set(border_axes(borders)) and not (across.names or up.names)
-
-
 def border_axes(borders: xr.Dataset) -> list[str]:
     """Return the parameters over which borders lie."""
     return [name for name in PARAMETERS if f"{name}_bracket" in borders.variables]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -69,7 +69,10 @@ def draw_curves(
     axis = axis_of(ds, str(layout.x), log="x" in scales)
     ds = ds.isel({axis.dim: axis.order})
     drawn = facet_panels(ds, layout, variables, of_axes=False)
-    crosses = _rows_of_crosses(drawn.dataset, layout.hue, variables)
+    # The row of each curve's crosses: from the top, curves without a missing point skipped.
+    missing = missing_points(drawn.dataset, variables)
+    gaps = missing.any([dim for dim in missing.dims if dim != layout.hue]).values
+    crosses = [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
     log = bool(scales & {"y", "z"})
     for panel in drawn.panels:
         _draw_panel(panel, axis, layout, variables, crosses)
@@ -85,10 +88,10 @@ def draw_curves(
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))
-    missing = missing_notes(drawn.dataset, variables, "× ", log=variables if log else ())
+    lost = missing_notes(drawn.dataset, variables, "× ", log=variables if log else ())
     others = counted(elsewhere, "measured value")
     apart = f"Not drawn: {others} of other parameters." if elsewhere else ""
-    put_note(drawn.figure, [*missing, note, *drawn.notes, apart])
+    put_note(drawn.figure, [*lost, note, *drawn.notes, apart])
     if apart and not has_small_print():
         warnings.warn(apart, stacklevel=6)  # the line that called the accessor's `plot`
     return drawn.figure
@@ -100,28 +103,45 @@ def _draw_panel(
     axes, colours = panel.axes, palette()
     for curve in curves_of(panel.dataset, layout, axis, panel.variable):
         style = curve.style(colours)
-        x, y = break_line(axis, curve.values, curve.jumps)
-        axes.plot(x, y, marker="o", markevery=_marked(y), **line_of(style))
-        draw_jumps(axes, axis, curve, style.colour)
+        _draw_line(axes, axis, curve, style, marked=True)
         _draw_arrow(axes, axis.quantity.values, curve, style.colour)
         if curve.spread is not None:
             ends = curve.values - curve.spread, curve.values + curve.spread
             look: dict[str, Any] = {"color": style.colour, "alpha": _BAND, "linewidth": 0.0}
             axes.fill_between(axis.quantity.values, *ends, **look)
         missing = missing_points(panel.dataset.isel(curve.places), variables).values
-        row = rows[curve.places.get(str(layout.hue), 0)]
-        _draw_crosses(axes, axis.quantity.values[missing], row, style)
+        if missing.any():
+            row = rows[curve.places.get(str(layout.hue), 0)]
+            heights = np.full(missing.sum(), 1.0 - _ROW * (row - 0.3))
+            above: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "gid": "missing"}
+            above |= {"color": style.colour, "markersize": 3.0}
+            axes.plot(axis.quantity.values[missing], heights, "x", **above)
     if axis.names:
         axes.set_xticks(axis.quantity.values, labels=axis.names)
     if panel.dataset[panel.variable].dtype.kind in "iu":
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def draw_jumps(axes: Axes, axis: Axis, curve: Curve, colour: str) -> None:
-    """A thin dotted vertical line in the middle of each jump."""
+def _draw_line(
+    axes: Axes, axis: Axis, curve: Curve, style: CurveStyle, *, marked: bool = False
+) -> None:
+    """Draw a curve, with a gap and a thin dotted vertical line in the middle of each jump.
+
+    Of the points that are `marked`, all have a marker where there are few, and otherwise those that
+    no line reaches.
+    """
+    x, y = break_line(axis, curve.values, curve.jumps)
+    marks: dict[str, Any] = {}
+    if marked:
+        alone = np.isfinite(y)
+        if y.size > _FEW:
+            padded = np.pad(alone, 1)
+            alone &= ~padded[:-2] & ~padded[2:]
+        marks = {"marker": "o", "markevery": np.flatnonzero(alone).tolist()}
+    axes.plot(x, y, **marks, **line_of(style))
+    dotted: dict[str, Any] = {"color": style.colour, "linewidth": 0.7, "gid": "jump"}
     for i in np.flatnonzero(curve.jumps):
-        middle = [axis.middles[i]] * 2
-        axes.plot(middle, curve.values[i : i + 2], ":", color=colour, linewidth=0.7, gid="jump")
+        axes.plot([axis.middles[i]] * 2, curve.values[i : i + 2], ":", **dotted)
 
 
 def _draw_arrow(axes: Axes, x: Array, curve: Curve, colour: str) -> None:
@@ -135,32 +155,6 @@ def _draw_arrow(axes: Axes, x: Array, curve: Curve, colour: str) -> None:
     tail, head = ends if upward else reversed(ends)
     arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", head, tail, arrowprops=arrow | {"mutation_scale": _HEAD}, zorder=4)
-
-
-def _marked(values: Array) -> list[int]:
-    """Points with a marker: all where there are few, and those that no line reaches."""
-    marked = np.isfinite(values)
-    if values.size > _FEW:
-        padded = np.pad(marked, 1)
-        marked &= ~padded[:-2] & ~padded[2:]
-    return np.flatnonzero(marked).tolist()
-
-
-def _draw_crosses(axes: Axes, x: Array, row: int, style: CurveStyle) -> None:
-    if x.size == 0:
-        return
-    heights = np.full(x.size, 1.0 - _ROW * (row - 0.3))
-    (crosses,) = axes.plot(
-        x, heights, "x", transform=axes.get_xaxis_transform(), color=style.colour, markersize=3.0
-    )
-    crosses.set_gid("missing")
-
-
-def _rows_of_crosses(ds: xr.Dataset, curve: str | None, variables: Sequence[str]) -> list[int]:
-    """The row of each curve's crosses: from the top, curves without a missing point skipped."""
-    missing = missing_points(ds, variables)
-    gaps = missing.any([dim for dim in missing.dims if dim != curve]).values
-    return [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
 
 
 def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line2D]:
@@ -256,14 +250,6 @@ _HEIGHT = 3.4  # inches
 _RATIOS = {"height_ratios": [3, 1]}
 
 
-class _FittedCurve(NamedTuple):
-    """A curve through some of the data: x of these, their numbers, and how it looks."""
-
-    x: Array
-    data: Array
-    style: CurveStyle
-
-
 def fit(ds: xr.Dataset) -> Figure:
     """A column for each measured variable; data next to a jump are hollow.
 
@@ -278,12 +264,15 @@ def fit(ds: xr.Dataset) -> Figure:
     )
     is_curve = bool(dims) and dims[0] != CASE
     layout = Layout(x=dims[0], hue=dims[1] if dims[1:] else None) if is_curve else Layout()
+    colours = palette()
     for name, (above, below) in zip(names, panels.T, strict=True):
         axis = axis_of(sweep, str(layout.x)) if is_curve else None
         if axis is not None:
-            _draw_curves(above, sweep, layout, axis, name)
-        for part in _parts(ds, sweep, layout, name):
-            _draw_data(above, below, ds.isel({_DATUM: part.data}), part, crosses=axis is None)
+            for curve in curves_of(sweep.isel({axis.dim: axis.order}), layout, axis, name):
+                _draw_line(above, axis, curve, curve.style(colours))
+        for x, numbers, style in _data_of_curves(ds, sweep, layout, name):
+            data = ds.isel({_DATUM: numbers})
+            _draw_data(above, below, data, x, style, crosses=axis is None)
         below.margins(y=0.2)
         below.axhline(0.0, color="0.5", linewidth=0.6)
         below.set_xlabel(axis.label if axis else "number of the datum")
@@ -293,16 +282,18 @@ def fit(ds: xr.Dataset) -> Figure:
     panels[1, 0].set_ylabel("residual\n(standard errors)")
     figure.align_labels()
     if layout.hue:
-        put_legend(figure, list(_fit_legend(sweep, layout.hue)))
+        put_legend(figure, _legend(sweep, layout))
     put_note(figure, [_fitted(ds)])
     return figure
 
 
-def _parts(ds: xr.Dataset, sweep: xr.Dataset, layout: Layout, name: str) -> Iterator[_FittedCurve]:
-    """Yield the data of a variable along each curve."""
+def _data_of_curves(
+    ds: xr.Dataset, sweep: xr.Dataset, layout: Layout, name: str
+) -> Iterator[tuple[Array, Array, CurveStyle]]:
+    """Yield x of the data of a variable along each curve, their numbers, and how it looks."""
     own = ds.datum_variable.values == name
     if layout.x is None:
-        yield _FittedCurve(1.0 + np.arange(own.sum()), np.flatnonzero(own), SINGLE)
+        yield 1.0 + np.arange(own.sum()), np.flatnonzero(own), SINGLE
         return
     count = sweep.sizes[layout.hue] if layout.hue else 1
     for place in range(count):
@@ -310,46 +301,28 @@ def _parts(ds: xr.Dataset, sweep: xr.Dataset, layout: Layout, name: str) -> Iter
         if layout.hue:
             on = own & (ds[f"{_DATUM}_{layout.hue}"].values == sweep[layout.hue].values[place])
         x = ds[f"{_DATUM}_{layout.x}"].rename(layout.x)[on]
-        yield _FittedCurve(
-            shown(x).values, np.flatnonzero(on), line_at(hue_of(layout.hue, place, count))
-        )
-
-
-def _draw_curves(axes: Axes, sweep: xr.Dataset, layout: Layout, axis: Axis, name: str) -> None:
-    colours = palette()
-    for curve in curves_of(sweep.isel({axis.dim: axis.order}), layout, axis, name):
-        x, y = break_line(axis, curve.values, curve.jumps)
-        style = curve.style(colours)
-        axes.plot(x, y, **line_of(style))
-        draw_jumps(axes, axis, curve, style.colour)
+        yield shown(x).values, np.flatnonzero(on), line_at(hue_of(layout.hue, place, count))
 
 
 def _draw_data(
-    above: Axes, below: Axes, data: xr.Dataset, part: _FittedCurve, *, crosses: bool
+    above: Axes, below: Axes, data: xr.Dataset, x: Array, style: CurveStyle, *, crosses: bool
 ) -> None:
-    units = {"units": RESULTS[str(data.datum_variable.values[0])].units} if part.data.size else {}
+    units = {"units": RESULTS[str(data.datum_variable.values[0])].units} if x.size else {}
     measured, error, fitted = (
         shown(xr.DataArray(data[name].values, dims=_DATUM, attrs=units)).values
         for name in ("measured_value", "measured_error", "fitted_value")
     )
-    look: dict[str, Any] = {"color": part.style.colour, "linestyle": "none", "markersize": 3.5}
+    look: dict[str, Any] = {"color": style.colour, "linestyle": "none", "markersize": 3.5}
     at_jump = data.datum_at_jump.values == 1
-    for hollow, fill in ((False, part.style.colour), (True, "white")):
+    for hollow, fill in ((False, style.colour), (True, "white")):
         own = at_jump == hollow
         if not own.any():
             continue
         dots: dict[str, Any] = {"marker": "o", "markerfacecolor": fill, "zorder": 4}
-        above.errorbar(part.x[own], measured[own], error[own], elinewidth=0.8, **look, **dots)
-        below.plot(part.x[own], data.residual.values[own], **look, **dots)
+        above.errorbar(x[own], measured[own], error[own], elinewidth=0.8, **look, **dots)
+        below.plot(x[own], data.residual.values[own], **look, **dots)
     if crosses:
-        above.plot(part.x, fitted, **(look | {"marker": "x", "zorder": 5}))
-
-
-def _fit_legend(sweep: xr.Dataset, hue: str) -> Iterator[Line2D]:
-    count = sweep.sizes[hue]
-    for place in range(count):
-        label = legend_label(sweep, hue, place)
-        yield Line2D([], [], **line_of(line_at(hue_of(hue, place, count))), label=label)
+        above.plot(x, fitted, **(look | {"marker": "x", "zorder": 5}))
 
 
 def _fitted(ds: xr.Dataset) -> str:

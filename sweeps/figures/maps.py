@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -20,7 +20,6 @@ from sweeps.charts.axes import STRIP, Axis, Layout, axis_of, cell_edges
 from sweeps.charts.chart import (
     BORDER_STYLES,
     Cells,
-    are_over,
     border_axes,
     border_parts,
     cells_of,
@@ -32,40 +31,24 @@ from sweeps.charts.missing import missing_notes
 from sweeps.figures.panels import Panel, facet_panels, label_axes
 from sweeps.figures.style import SMALL, make_logarithmic, name_ticks, put_legend, put_note
 
-
-class Shades(NamedTuple):
-    """Colours as the arguments of what is drawn; all that shares a scale has the same norm."""
-
-    cmap: Colormap
-    norm: Normalize
-
-    def arguments(self) -> dict[str, Any]:
-        """Return the arguments of `pcolormesh` and `scatter`."""
-        return self._asdict()
+_BORDER_WIDTH = 1.0  # points: well above the 0.4 between pixels
 
 
-def shades_of(colours: Colours) -> Shades:
-    """Return the colours of a variable, in the settings of matplotlib."""
-    return Shades(_cmap(colours), _norm(colours))
+def shades_of(colours: Colours) -> dict[str, Any]:
+    """Return the colours of a variable as arguments of `pcolormesh` and `scatter`.
 
-
-def _cmap(colours: Colours) -> Colormap:
-    """Return the colours of codes in order, or those of a scale of values."""
-    cmap = colormaps[mpl.rcParams["image.cmap"]]
+    They are those of the settings of matplotlib; all that shares a scale has the same norm.
+    """
+    cmap: Colormap = colormaps[mpl.rcParams["image.cmap"]]
     if not colours.codes:
-        return cmap.with_extremes(bad=GREY)
+        norm = (LogNorm if colours.log else Normalize)(colours.low, colours.high)
+        return {"cmap": cmap.with_extremes(bad=GREY), "norm": norm}
     count = len(colours.codes)
-    return ListedColormap(
-        colours.kinds if colours.is_named else list(cmap(np.linspace(0.0, 1.0, count)))
-    )
-
-
-def _norm(colours: Colours) -> Normalize:
-    """Return where each value lies on the scale."""
-    if colours.codes:
-        count = len(colours.codes)
-        return BoundaryNorm(np.arange(count + 1) - 0.5, count)
-    return (LogNorm if colours.log else Normalize)(colours.low, colours.high)
+    kinds = colours.kinds if colours.is_named else list(cmap(np.linspace(0.0, 1.0, count)))
+    return {
+        "cmap": ListedColormap(kinds),
+        "norm": BoundaryNorm(np.arange(count + 1) - 0.5, count),
+    }
 
 
 def legend_of(colours: Colours) -> list[Line2D]:
@@ -79,13 +62,13 @@ def legend_of(colours: Colours) -> list[Line2D]:
     ]
 
 
-def draw_scale(colours: Colours, shades: Shades, figure: Figure, beside: Sequence[Axes]) -> None:
+def draw_scale(
+    colours: Colours, shades: Mapping[str, Any], figure: Figure, beside: Sequence[Axes]
+) -> None:
     """Draw a colour bar beside some panels, where the colours are numbers."""
     if colours.is_named:
         return
-    bar = figure.colorbar(
-        ScalarMappable(shades.norm, shades.cmap), ax=list(beside), pad=0.02, aspect=25
-    )
+    bar = figure.colorbar(ScalarMappable(**shades), ax=list(beside), pad=0.02, aspect=25)
     bar.set_label(colours.label)
     if colours.log:
         name_ticks(bar.ax.yaxis)
@@ -94,9 +77,6 @@ def draw_scale(colours: Colours, shades: Shades, figure: Figure, beside: Sequenc
     if colours.codes:
         bar.set_ticks(list(range(len(colours.codes))), labels=colours.names)
         bar.ax.tick_params(which="both", length=0)
-
-
-# --- maps -----------------------------------------------------------------------------------------
 
 
 def draw_maps(
@@ -129,8 +109,7 @@ def draw_maps(
         if colours.log:  # kinds and counts have no scale
             logarithmic.append(name)
     if borders is not None:
-        draw_borders(drawn.panels, borders, across, up)
-        kinds += border_legend(borders)
+        kinds += _draw_borders(drawn.panels, borders, across, up)
     if kinds:
         put_legend(drawn.figure, kinds, above=True)
     label_axes(drawn, across.label, [up.label if layout.y else ""])
@@ -139,13 +118,13 @@ def draw_maps(
     return drawn.figure
 
 
-def _draw_map(panel: Panel, chart: Cells, shades: Shades, *, parted: bool) -> None:
+def _draw_map(panel: Panel, chart: Cells, shades: Mapping[str, Any], *, parted: bool) -> None:
     across, up = chart.across, chart.up
     edges = cell_edges(across), cell_edges(up)
     panel.axes.pcolormesh(
         *edges,
         chart.values,
-        **shades.arguments(),
+        **shades,
         rasterized=True,  # thousands of cells as vectors make a slow file with hairlines
     )
     if chart.colours.codes and parted:
@@ -153,15 +132,11 @@ def _draw_map(panel: Panel, chart: Cells, shades: Shades, *, parted: bool) -> No
         panel.axes.add_collection(borders, autolim=False)
     panel.axes.tick_params(direction="out", which="both", top=False, right=False)
     make_logarithmic(panel.axes, ["x"] * across.geometric + ["y"] * up.geometric)
-    _name_points(panel.axes, across, up)
-
-
-def _name_points(axes: Axes, across: Axis, up: Axis) -> None:
     if across.names:
-        axes.set_xticks(across.quantity.values, labels=across.names)
+        panel.axes.set_xticks(across.quantity.values, labels=across.names)
     if up.names or up.dim == STRIP:
-        axes.set_yticks(up.quantity.values if up.names else [], labels=up.names)
-        axes.tick_params(axis="y", length=0)
+        panel.axes.set_yticks(up.quantity.values if up.names else [], labels=up.names)
+        panel.axes.tick_params(axis="y", length=0)
 
 
 def _edges(codes: Array, x: Array, y: Array) -> LineCollection:
@@ -173,44 +148,32 @@ def _edges(codes: Array, x: Array, y: Array) -> LineCollection:
     return LineCollection(upright + level, colors="black", linewidths=0.4, capstyle="projecting")
 
 
-# --- borders between kinds of motion --------------------------------------------------------------
-
-_BORDER_WIDTH = 1.0  # points: well above the 0.4 between pixels
-
-
-def draw_borders(panels: Iterable[Panel], borders: xr.Dataset, across: Axis, up: Axis) -> None:
+def _draw_borders(
+    panels: Sequence[Panel], borders: xr.Dataset, across: Axis, up: Axis
+) -> list[Line2D]:
     """Draw the borders on those panels that have the values of the other parameters.
 
-    Raises ValueError if they are borders over other axes, or of no panel.
+    Return a line and a label for each type of border; nothing where all are of one. Raises
+    ValueError if they are borders over other axes, or of no panel.
     """
-    if not are_over(borders, across, up):
-        raise ValueError(
-            f"these are borders over {' and '.join(border_axes(borders))}: choose these axes"
-        )
+    over = border_axes(borders)
+    if {across.dim, up.dim} != set(over) or across.names or up.names:
+        raise ValueError(f"these are borders over {' and '.join(over)}: choose these axes")
     parts = list(border_parts(borders, across.dim, up.dim))
     lines = [places for places, _, _ in parts]
-    styles = [BORDER_STYLES[name] for _, _, name in parts]
-    elsewhere = ""
-    drawn = 0
-    for panel in panels:
-        if elsewhere := place_elsewhere(panel.dataset, borders):
-            continue
-        panel.axes.add_collection(
-            LineCollection(lines, colors=BLACK, linewidths=_BORDER_WIDTH, linestyles=styles),
-            autolim=False,
-        )
-        drawn += 1
-    if not drawn:
-        raise ValueError(elsewhere)
-
-
-def border_legend(borders: xr.Dataset) -> list[Line2D]:
-    """Return a line and a label for each type of border; nothing where all are of one."""
-    names = [name for _, _, name in border_parts(borders, *border_axes(borders))]
-    look: dict[str, Any] = {"color": BLACK, "linewidth": _BORDER_WIDTH}
-    shown_types = [name for name in BORDER_STYLES if name in names]
-    return [
-        Line2D([], [], label=f"border: {name}", **look | {"linestyle": BORDER_STYLES[name]})
-        for name in shown_types
-        if len(shown_types) > 1
+    look: dict[str, Any] = {"linestyles": [BORDER_STYLES[name] for _, _, name in parts]}
+    look |= {"colors": BLACK, "linewidths": _BORDER_WIDTH}
+    obstacles = [place_elsewhere(panel.dataset, borders) for panel in panels]
+    if all(obstacles):
+        raise ValueError(obstacles[-1])
+    for panel, obstacle in zip(panels, obstacles, strict=True):
+        if not obstacle:
+            panel.axes.add_collection(LineCollection(lines, **look), autolim=False)
+    present = {name for _, _, name in parts}
+    line: dict[str, Any] = {"color": BLACK, "linewidth": _BORDER_WIDTH}
+    legend = [
+        Line2D([], [], label=f"border: {name}", **line | {"linestyle": style})
+        for name, style in BORDER_STYLES.items()
+        if name in present
     ]
+    return legend if len(legend) > 1 else []

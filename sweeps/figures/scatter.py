@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,10 +15,10 @@ from stickslip.variables import canonical_name
 from sweeps.charts.axes import is_scattered
 from sweeps.charts.chart import Cloud, cloud_of
 from sweeps.charts.choice import Choice, slice_in_the_middle
-from sweeps.charts.colours import BLACK, Colours, colours_of, is_discrete
+from sweeps.charts.colours import BLACK, colours_of, is_discrete
 from sweeps.charts.labels import parameters_along
 from sweeps.charts.missing import missing_notes
-from sweeps.figures.maps import Shades, draw_scale, legend_of, shades_of
+from sweeps.figures.maps import draw_scale, legend_of, shades_of
 from sweeps.figures.style import PAGE, make_logarithmic, new_panels, put_legend, put_note, width_of
 from sweeps.grid import CASE
 
@@ -91,15 +92,12 @@ def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[l
     across = [x] if x else [name for name in along if name != y]
     rows = []
     for variable in variables:
-        colours = _colours(ds, variable if y else "regime", log="z" in options.scales and bool(y))
+        # Without colours where the file does not have what the points are coloured by.
+        name, log = variable if y else "regime", "z" in options.scales and bool(y)
+        colours = colours_of(ds, name, log=log) if name in ds else None
         pairs = ((name, y or variable) for name in across)
         rows.append([cloud_of(ds, pair, colours, options.scales) for pair in pairs])
     return rows
-
-
-def _colours(ds: xr.Dataset, name: str, *, log: bool) -> Colours | None:
-    """The colours of the points; none where the file does not know what colours them."""
-    return colours_of(ds, name, log=log) if name in ds else None
 
 
 def _panels(rows: list[list[Cloud]]) -> tuple[Figure, list[list[Axes]]]:
@@ -122,7 +120,7 @@ def _across(count: int) -> int:
     return count if count <= 4 else 3
 
 
-def _draw_cloud(axes: Axes, cloud: Cloud, shades: Shades | None) -> None:
+def _draw_cloud(axes: Axes, cloud: Cloud, shades: Mapping[str, Any] | None) -> None:
     """Draw points in their colours; black ones where the file does not know what colours them."""
     axes.scatter(
         cloud.x,
@@ -131,7 +129,7 @@ def _draw_cloud(axes: Axes, cloud: Cloud, shades: Shades | None) -> None:
         c=cloud.values if shades else BLACK,
         linewidths=0,
         rasterized=True,
-        **(shades.arguments() if shades else {}),
+        **(shades or {}),
     )
     axes.set_xlabel(cloud.labels[0])
     make_logarithmic(axes, [side for side, log in zip("xy", cloud.log, strict=True) if log])
