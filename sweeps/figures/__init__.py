@@ -39,20 +39,19 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
     if figure is not None and options.asks:
         raise ValueError("figure names a whole picture: leave it out, or variables and axes")
     with styled(look.style, look.frame):
-        picture = _chosen(ds, options) if options.asks else _named(ds, figure or default_figure(ds))
+        if options.asks:
+            picture = _chosen(ds, options)
+        else:
+            name = figure or default_figure(ds)
+            if refused := obstacle(ds, name):
+                raise ValueError(refused)
+            module, _, function = FIGURES[name].function.rpartition(".")
+            picture = getattr(importlib.import_module(f"{__name__}.{module}"), function)(ds)
         if picture.axes:  # the table of a single point has all parameters, and no axes
             put_note(picture, [changed_parameters(ds)])
         finish(picture, look)
     if look.axes is None:
         picture.set_label(str(ds.attrs.get("title", "")))
-    return picture
-
-
-def _named(ds: xr.Dataset, name: str) -> Figure:
-    if refused := obstacle(ds, name):
-        raise ValueError(refused)
-    module, _, function = FIGURES[name].function.rpartition(".")
-    picture: Figure = getattr(importlib.import_module(f"{__name__}.{module}"), function)(ds)
     return picture
 
 

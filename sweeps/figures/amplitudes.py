@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -71,18 +70,18 @@ _WIDTH = 5.2  # inches
 _COLUMNS = (_MARGIN, 1.25, 3.2, 3.65)
 
 
-class _Row(NamedTuple):
-    symbol: str
-    value: str
-
-
 def draw_point(ds: xr.Dataset) -> Figure:
     """The results on the left, the parameters on the right, how the point ended above."""
     results = [_row(ds, name) for name in RESULTS if name in ds.variables and name != "status"]
     parameters = [_row(ds, name) for name in PARAMETERS if name in ds.variables]
+    ending = "A single point: nothing was swept."
+    if notes := missing_notes(ds, AMPLITUDES, ""):
+        code = int(ds["status"]) if "status" in ds else None
+        sentence = Status(code).sentence if code in list(Status) else notes[0]
+        ending = f"A single point, without a result. {sentence}"
     longest = max(len(results), len(parameters))
     figure = new_figure((_WIDTH, 1.0))
-    head = wrapped(figure, _ending(ds), _WIDTH - 2 * _MARGIN, SMALL).split("\n")
+    head = wrapped(figure, ending, _WIDTH - 2 * _MARGIN, SMALL).split("\n")
     first = len(head) + 1
     figure.set_figheight(2 * _MARGIN + _LINE * (first + longest))
     _write(figure, head, 0, _MARGIN, SMALL)
@@ -92,25 +91,17 @@ def draw_point(ds: xr.Dataset) -> Figure:
     return figure
 
 
-def _ending(ds: xr.Dataset) -> str:
-    notes = missing_notes(ds, AMPLITUDES, "")
-    if not notes:
-        return "A single point: nothing was swept."
-    code = int(ds["status"]) if "status" in ds else None
-    sentence = Status(code).sentence if code in list(Status) else notes[0]
-    return f"A single point, without a result. {sentence}"
-
-
-def _row(ds: xr.Dataset, name: str) -> _Row:
+def _row(ds: xr.Dataset, name: str) -> tuple[str, str]:
+    """Return the symbol of a variable, and its value."""
     quantity = shown(trusted(ds, name) if name in RESULTS else ds[name])
-    if np.isfinite(quantity.values):
-        kind = name in KINDS or name == "orbit_periods"
-        return _Row(
-            quantity.symbol, code_name(name, int(quantity.values)) if kind else quantity.value
-        )
-    # Of a point with a result, what lacks does not exist: the Lyapunov exponent of a closed orbit.
-    absent = "missing" if name in AMPLITUDES or missing_points(ds).item() else "none"
-    return _Row(quantity.symbol, absent)
+    if not np.isfinite(quantity.values):
+        # Of a point with a result, what lacks does not exist: the Lyapunov exponent of a closed
+        # orbit.
+        is_missing = name in AMPLITUDES or missing_points(ds).item()
+        return quantity.symbol, "missing" if is_missing else "none"
+    if name in KINDS or name == "orbit_periods":
+        return quantity.symbol, code_name(name, int(quantity.values))
+    return quantity.symbol, quantity.value
 
 
 def _write(figure: Figure, lines: Sequence[str], first: int, x: float, size: str) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from string import ascii_lowercase
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 from matplotlib.axes import Axes
@@ -96,15 +96,24 @@ def finish(figure: Figure, look: Look) -> None:
 
     Raises ValueError for limits that a logarithmic scale does not have.
     """
-    panels = [look.axes] if look.axes else _panels(figure)
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    panels = [look.axes] if look.axes else panels
     for axes in panels:
         _require_positive("xlim", look.xlim, logarithmic=axes.get_xscale() == "log")
         _require_positive("ylim", look.ylim, logarithmic=axes.get_yscale() == "log")
         axes.set_xlim(*look.xlim)
         axes.set_ylim(*look.ylim)
-        _limit_colours(axes, *look.clim)
+        for drawn in axes.collections:  # the colours of kinds have no ends
+            if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
+                _require_positive("clim", look.clim, logarithmic=isinstance(drawn.norm, LogNorm))
+                drawn.set_clim(*look.clim)
     if look.letters:
-        _name(panels, "a" if look.letters is True else look.letters)
+        first = 0 if look.letters is True else ascii_lowercase.index(look.letters)
+        # Left of the panel's upper corner, where no curve is.
+        corner: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+        corner |= {"xytext": (-2.0, 2.0), "ha": "right", "va": "bottom"}
+        for letter, axes in zip(ascii_lowercase[first:], panels, strict=False):
+            axes.annotate(f"({letter})", (0.0, 1.0), **corner)
     if look.title:
         put_title(figure, look.title)
 
@@ -114,33 +123,6 @@ def _require_positive(name: str, limits: Range, *, logarithmic: bool) -> None:
     for end in limits:
         if logarithmic and end is not None and end <= 0.0:
             raise ValueError(f"{name} on a logarithmic scale must be greater than 0, not {end:g}")
-
-
-def _panels(figure: Figure) -> list[Axes]:
-    return [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
-
-
-def _limit_colours(axes: Axes, low: float | None, high: float | None) -> None:
-    """Set the ends of a scale of colours; those of kinds have none."""
-    for drawn in axes.collections:
-        if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
-            _require_positive("clim", (low, high), logarithmic=isinstance(drawn.norm, LogNorm))
-            drawn.set_clim(low, high)
-
-
-def _name(panels: Sequence[Axes], first: str) -> None:
-    letters = ascii_lowercase[ascii_lowercase.index(first) :]
-    for letter, axes in zip(letters, panels, strict=False):
-        # Left of the panel's upper corner, where no curve is.
-        axes.annotate(
-            f"({letter})",
-            (0.0, 1.0),
-            xycoords="axes fraction",
-            xytext=(-2.0, 2.0),
-            textcoords="offset points",
-            ha="right",
-            va="bottom",
-        )
 
 
 @dataclass(frozen=True)

@@ -55,10 +55,17 @@ def pictures_of(path: Path) -> list[Path]:
 def rendered(figure: Figure, path: Path, look: Look | None = None) -> dict[Path, bytes]:
     """Return the contents of the files that `save` writes."""
     look = look or Look()
+    title = str(figure.get_label())
+    pictures = {}
     with styled(look.style, look.frame):
         _lay_out(figure)  # once: it is half of the work
         figure.set_layout_engine("none")
-        return {target: _render(figure, target.suffix.lower()) for target in pictures_of(path)}
+        for target in pictures_of(path):
+            suffix, picture = target.suffix.lower(), io.BytesIO()
+            metadata = _ANONYMOUS[suffix] | ({"Title": title} if title else {})
+            figure.savefig(picture, format=suffix[1:], metadata=metadata)
+            pictures[target] = picture.getvalue()
+    return pictures
 
 
 def is_picture_of_ours(path: Path) -> bool:
@@ -101,11 +108,3 @@ def displayed(figure: Figure, look: Look | None = None) -> Figure:
     figure.savefig = save_styled  # type: ignore[method-assign]
     figure._repr_png_ = png  # type: ignore[attr-defined] # IPython asks objects for it
     return figure
-
-
-def _render(figure: Figure, suffix: str) -> bytes:
-    picture = io.BytesIO()
-    title = str(figure.get_label())
-    metadata = _ANONYMOUS[suffix] | ({"Title": title} if title else {})
-    figure.savefig(picture, format=suffix[1:], metadata=metadata)
-    return picture.getvalue()

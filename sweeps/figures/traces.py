@@ -54,7 +54,7 @@ _BANDS = 300  # spans of time: about the points of a print
 def time_courses(ds: xr.Dataset) -> Figure:
     """Displacements, velocities, elastic stress and friction force against time (Figs. 3, 6)."""
     figure = _stack(ds, TIME_COURSES, height=5.2)
-    put_legend(figure, both_blocks())
+    put_legend(figure, _both_blocks())
     return figure
 
 
@@ -66,11 +66,11 @@ def draw_variables(ds: xr.Dataset, names: Sequence[str]) -> Figure:
     rows = tuple(dict.fromkeys(row_of(ds, name) for name in names))
     figure = _stack(ds, rows, height=1.6 + 0.9 * len(rows))
     if any(len(row) > 1 for row in rows):
-        put_legend(figure, both_blocks(), above=True)
+        put_legend(figure, _both_blocks(), above=True)
     return figure
 
 
-def both_blocks() -> list[Line2D]:
+def _both_blocks() -> list[Line2D]:
     """The lines of both blocks, for a legend of their time courses."""
     return [
         Line2D([], [], **line_of(UPPER), label="upper block $X$, $V$"),
@@ -116,7 +116,7 @@ def _many_slips(ds: xr.Dataset, slips: Array) -> Figure:
     panels[0, 0].set_title(f"{slips.size} slips, lowest to highest", fontsize=TEXT)
     panels[0, 1].set_title(f"the last {_LAST_SLIPS}", fontsize=TEXT)
     for axes in panels[-1]:
-        _name_time(axes, end)
+        _name_time(axes, last)
     figure.align_ylabels()
     return figure
 
@@ -144,7 +144,7 @@ def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -
         for axes, traces in zip(axes_of_column, rows, strict=True):
             _draw_traces(axes, traces, stack)
         _name_sections(axes_of_column[0], stack)
-        _name_time(axes_of_column[-1], stack)
+        _name_time(axes_of_column[-1], stack[0].dataset)
     for axes, traces in zip(panels[:, 0], rows, strict=True):
         axes.set_ylabel(label_of(stacks[0][0].dataset, traces), fontsize=TEXT)
     figure.align_ylabels()
@@ -152,17 +152,8 @@ def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -
     return figure
 
 
-def draw_courses(panels: list[Axes], rows: tuple[tuple[Trace, ...], ...], ds: xr.Dataset) -> None:
-    """Draw one trajectory into panels one below the other, with all their labels."""
-    stack = [Selection("", ds)]
-    for axes, traces in zip(panels, rows, strict=True):
-        _draw_traces(axes, traces, stack)
-        axes.set_ylabel(label_of(ds, traces), fontsize=TEXT)
-    _name_time(panels[-1], stack)
-
-
-def _name_time(axes: Axes, stack: list[Selection]) -> None:
-    axes.set_xlabel(shown(stack[0].dataset["elapsed_time"]).label, fontsize=TEXT)
+def _name_time(axes: Axes, ds: xr.Dataset) -> None:
+    axes.set_xlabel(shown(ds["elapsed_time"]).label, fontsize=TEXT)
 
 
 def _draw_traces(axes: Axes, traces: tuple[Trace, ...], stack: list[Selection]) -> None:
@@ -209,7 +200,14 @@ def force_loops(ds: xr.Dataset) -> Figure:
 
 def _portraits(ds: xr.Dataset, across: str, upward: str) -> Figure:
     portraits, note = runs(ds, _MOST_PORTRAITS)
-    figure, panels = _portrait_panels(len(portraits))
+    count = len(portraits)
+    columns = math.ceil(math.sqrt(count))
+    rows = math.ceil(count / columns)
+    size = (COLUMN, 2.9) if count == 1 else (width_of(columns), 2.4 * rows)
+    figure, grid = new_panels(rows, columns, size)
+    for unused in grid.flat[count:]:
+        unused.remove()
+    panels = list(grid.flat[:count])
     for index, (axes, portrait) in enumerate(zip(panels, portraits, strict=True)):
         x, y = shown(portrait.dataset[across]), shown(portrait.dataset[upward])
         axes.axhline(0.0, color="0.8", linewidth=0.5, gid="origin")
@@ -218,24 +216,11 @@ def _portraits(ds: xr.Dataset, across: str, upward: str) -> Figure:
         put_inset(axes, x.values, y.values, ALONE, "A")
         axes.set_xlabel(x.label, fontsize=TEXT)
         axes.set_ylabel(y.label, fontsize=TEXT)
-        if len(portraits) > 1:
+        if count > 1:
             name = f"({ascii_lowercase[index]}) {portrait.label}"
             axes.set_title(name, fontsize=TEXT, loc="left")
     put_note(figure, [note])
     return figure
-
-
-def _portrait_panels(count: int) -> tuple[Figure, list[Axes]]:
-    across = math.ceil(math.sqrt(count))
-    down = math.ceil(count / across)
-    size = (COLUMN, 2.9) if count == 1 else (width_of(across), 2.4 * down)
-    figure, panels = new_panels(down, across, size)
-    for unused in panels.flat[count:]:
-        unused.remove()
-    return figure, list(panels.flat[:count])
-
-
-# --- the trajectories in a dataset: one along `elapsed_time`, or several along (axis, sample) ---
 
 
 # --- insets: an enlarged section where small loops cannot be told apart ---------------------------
@@ -283,7 +268,8 @@ def _hidden_loops(x: Array, y: Array) -> Array | None:
 
     A full turn within `_SMALL_LOOP` of where it began is a loop.
     """
-    turned = np.append(0.0, np.cumsum(np.abs(np.diff(_directions(x, y)))))
+    directions = np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
+    turned = np.append(0.0, np.cumsum(np.abs(np.diff(directions))))
     most, section = 2.0 * math.pi, None
     for first in range(len(turned)):
         away = np.hypot(x[first:-1] - x[first], y[first:-1] - y[first]) > _SMALL_LOOP
@@ -293,19 +279,11 @@ def _hidden_loops(x: Array, y: Array) -> Array | None:
         last = first + stretch - 1
         if turned[last] - turned[first] > most:
             most = turned[last] - turned[first]
-            section = np.array([_around(v[first : last + 1]) for v in (x, y)])
+            ends = np.array(
+                [(v.min(), v.max()) for v in (x[first : last + 1], y[first : last + 1])]
+            )
+            section = ends + 0.3 * np.diff(ends) * [-1.0, 1.0]  # with a margin on both sides
     return section
-
-
-def _directions(x: Array, y: Array) -> Array:
-    return np.asarray(np.unwrap(np.arctan2(np.diff(y), np.diff(x))))
-
-
-def _around(values: Array) -> tuple[float, float]:
-    """Limits with a margin on both sides."""
-    low, high = float(values.min()), float(values.max())
-    margin = 0.3 * (high - low)
-    return low - margin, high + margin
 
 
 def _empty_place(axes: Axes, x: Array, y: Array) -> tuple[float, float] | None:
@@ -340,24 +318,23 @@ def orbit(ds: xr.Dataset) -> Figure:
     figure = new_figure((PAGE, _ORBIT_HEIGHT), layout="constrained")
     left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))  # type: ignore[misc]
     courses = left.subplots(len(TIME_COURSES), 1, sharex=True)
-    draw_courses(list(courses), TIME_COURSES, ds)
-    left.legend(handles=both_blocks(), loc="outside upper center", ncols=2)
+    for axes, traces in zip(courses, TIME_COURSES, strict=True):
+        _draw_traces(axes, traces, [Selection("", ds)])
+        axes.set_ylabel(label_of(ds, traces), fontsize=TEXT)
+    _name_time(courses[-1], ds)
+    left.legend(handles=_both_blocks(), loc="outside upper center", ncols=2)
     left.align_ylabels()
     with_map = "stroboscopic_displacement" in ds.variables
     panels = right.subplots(2 if with_map else 1, 1, squeeze=False).ravel()
-    _draw_portrait(panels[0], ds)
+    x, v = shown(ds["lower_displacement"]), shown(ds["lower_velocity"])
+    panels[0].plot(x.values, v.values, **line_of(ALONE))
+    panels[0].plot(x.values[0], v.values[0], "o", color=VERMILLION, markersize=3.0, gid="start")
+    panels[0].set_xlabel(x.label, fontsize=TEXT)
+    panels[0].set_ylabel(v.label, fontsize=TEXT)
+    panels[0].set_title("phase portrait; dot: phase 0 of the drive", fontsize=SMALL)
     if with_map:
         _draw_map(panels[1], ds)
     return figure
-
-
-def _draw_portrait(axes: Axes, ds: xr.Dataset) -> None:
-    x, v = shown(ds["lower_displacement"]), shown(ds["lower_velocity"])
-    axes.plot(x.values, v.values, **line_of(ALONE))
-    axes.plot(x.values[0], v.values[0], "o", color=VERMILLION, markersize=3.0, gid="start")
-    axes.set_xlabel(x.label, fontsize=TEXT)
-    axes.set_ylabel(v.label, fontsize=TEXT)
-    axes.set_title("phase portrait; dot: phase 0 of the drive", fontsize=SMALL)
 
 
 def _draw_map(axes: Axes, ds: xr.Dataset) -> None:
