@@ -59,20 +59,19 @@ def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False)
     coordinate = coordinate_of(ds, dim)
     few = named and ds.sizes[dim] <= MANY
     if coordinate.dtype.kind not in "fiu" or (few and dim in NAMED):
-        return _named_axis(ds, dim)
+        places = np.arange(ds.sizes[dim])
+        labels = [legend_label(ds, dim, place) for place in range(places.size)]
+        names = tuple(label.replace(", ", ",\n", 1) for label in labels)
+        return Axis(dim, places, Quantity(places.astype(float), "", ""), "", False, names)
     order = np.argsort(shown(coordinate).values, kind="stable")
     quantity = shown(coordinate[order])
     if log and quantity.values[0] <= 0:
         raise ValueError(f"a logarithmic scale needs numbers above 0, {coordinate.name} has others")
-    geometric = log or is_geometric(quantity.values)
-    return Axis(dim, order, quantity, _axis_label(ds, coordinate), geometric)
-
-
-def _named_axis(ds: xr.Dataset, dim: str) -> Axis:
-    places = np.arange(ds.sizes[dim])
-    labels = [legend_label(ds, dim, place) for place in range(places.size)]
-    names = tuple(label.replace(", ", ",\n", 1) for label in labels)
-    return Axis(dim, places, Quantity(places.astype(float), "", ""), "", False, names)
+    label = shown(coordinate).label
+    along = parameters_along(ds, str(coordinate.dims[0]))
+    if others := [shown(ds[name]).symbol for name in along if name != coordinate.name]:
+        label = f"{label}, linked with {', '.join(others)}"
+    return Axis(dim, order, quantity, label, log or is_geometric(quantity.values))
 
 
 def coordinate_of(ds: xr.Dataset, dim: str) -> xr.DataArray:
@@ -81,13 +80,6 @@ def coordinate_of(ds: xr.Dataset, dim: str) -> xr.DataArray:
         if name == dim or np.unique(ds[name].values).size == ds.sizes[dim]:
             return ds[name]
     return ds[dim]
-
-
-def _axis_label(ds: xr.Dataset, coordinate: xr.DataArray) -> str:
-    label = shown(coordinate).label
-    along = parameters_along(ds, str(coordinate.dims[0]))
-    others = [shown(ds[name]).symbol for name in along if name != coordinate.name]
-    return f"{label}, linked with {', '.join(others)}" if others else label
 
 
 def is_geometric(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
@@ -183,7 +175,10 @@ def layout_of(
     if "y" in named and "hue" in named:
         raise ValueError("y makes a map and hue makes curves: choose one of them")
     if discrete and "hue" in named:
-        named["y"] = _strips(ds, named.pop("hue"))
+        # Kinds make no curves: a strip of colour for each fluid or case.
+        strips = named["y"] = named.pop("hue")
+        if ds[strips].dtype.kind in "fiu" and strips not in NAMED:
+            raise ValueError(f"kinds and counts make no curves for hue: a map has {strips} as y")
     free = [str(dim) for dim in ds.sizes if ds.sizes[dim] > 1 and dim not in named.values()]
     x, y, hue, row, col = (named.get(role) for role in ROLES)
     layout = _place_axes(ds, Layout(x, y, hue, row, col), free, discrete)
@@ -194,16 +189,6 @@ def layout_of(
         layout = replace(layout, both_ways=True)
         free.remove(DIRECTION)
     return _place_facets(ds, layout, free, rows)
-
-
-def _strips(ds: xr.Dataset, hue: str) -> str:
-    """The hue of kinds, which make no curves: a strip of colour for each fluid or case.
-
-    Raises ValueError for values on a scale, which would make a map.
-    """
-    if ds[hue].dtype.kind in "fiu" and hue not in NAMED:
-        raise ValueError(f"kinds and counts make no curves for hue: a map has {hue} as y")
-    return hue
 
 
 def _place_axes(ds: xr.Dataset, layout: Layout, free: list[str], discrete: bool) -> Layout:

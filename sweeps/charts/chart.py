@@ -167,8 +167,6 @@ def _steepest_beside(slopes: Array) -> Array:
 
 # --- cells, curves or points ----------------------------------------------------------------------
 
-Place: TypeAlias = dict[str, int]
-
 
 @dataclass(frozen=True)
 class Cells:
@@ -178,7 +176,6 @@ class Cells:
     up: Axis
     colours: Colours
     values: Array
-    places: Place
 
     def image(self) -> Array:
         """Return the values (up, across) on pixels of one size on the scales of the axes."""
@@ -213,7 +210,6 @@ class Cloud:
     ends: tuple[float, float] | None
     colours: Colours | None
     values: Array
-    places: Place
 
 
 Chart: TypeAlias = Cells | Curves | Cloud
@@ -235,15 +231,15 @@ def chart_of(
     (name,) = choice.variables
     cut = {dim: places.get(dim, 0) for dim in further_axes(result, choice)}
     part, log = result.isel(cut), bool(choice.scales & {"y", "z"})
-    if is_cloud(result, choice):
-        return _cloud_of_result(result, part, choice, cut, of_values=of_values)
+    if cases_to_scatter(result, choice):
+        return _cloud_of_result(result, part, choice, of_values=of_values)
     layout = _layout(result, choice)
     across = axis_of(part, str(layout.x), named=True)
     if layout.y or is_discrete(result, name):
         if layout.y is None:
             part = part.expand_dims(STRIP)
         up = axis_of(part, layout.y or STRIP, named=True)
-        return cells_of(part, across, up, colours_of(result, name, log=log), cut)
+        return cells_of(part, across, up, colours_of(result, name, log=log))
     ends = axis_limits(*value_range(result, name, log=log), log=log)
     part = part.isel({across.dim: across.order})
     curves = [
@@ -255,13 +251,10 @@ def chart_of(
     return Curves(across, shown(part[name]).label, placed, ends, log)
 
 
-def cells_of(
-    part: xr.Dataset, across: Axis, up: Axis, colours: Colours, places: Mapping[str, int]
-) -> Cells:
-    """Return the map of a variable over two axes of a slice, which lies at `places`."""
+def cells_of(part: xr.Dataset, across: Axis, up: Axis, colours: Colours) -> Cells:
+    """Return the map of a variable over two axes of a slice."""
     ordered = part.isel({across.dim: across.order, up.dim: up.order})
-    values = colours.placed(ordered.transpose(up.dim, across.dim, ...))
-    return Cells(across, up, colours, values, dict(places))
+    return Cells(across, up, colours, colours.placed(ordered.transpose(up.dim, across.dim, ...)))
 
 
 def cloud_of(
@@ -287,12 +280,11 @@ def cloud_of(
         ends=None,
         colours=colours,
         values=colours.placed(part) if colours else np.zeros(x.values.size),
-        places={},
     )
 
 
 def _cloud_of_result(
-    result: xr.Dataset, part: xr.Dataset, choice: Choice, places: Place, *, of_values: bool
+    result: xr.Dataset, part: xr.Dataset, choice: Choice, *, of_values: bool
 ) -> Cloud:
     along, (variable,) = parameters_along(result, CASE), choice.variables
     across = choice.x or next(name for name in along if name != choice.y)
@@ -308,23 +300,18 @@ def _cloud_of_result(
     scales = frozenset("z") if log and is_height else frozenset()
     cloud = cloud_of(part, (across, up), colours, scales)
     ends = axis_limits(*value_range(result, variable, log=log), log=log) if is_height else None
-    return replace(cloud, ends=ends, places=places)
+    return replace(cloud, ends=ends)
 
 
 def further_axes(result: xr.Dataset, choice: Choice) -> list[str]:
     """Return the axes of a result that have no room in its chart, and are cut somewhere."""
-    if is_cloud(result, choice):
+    if cases_to_scatter(result, choice):
         taken: tuple[str, ...] = (CASE,)
     else:
         layout = _layout(result, choice)
         ways = (DIRECTION,) if layout.both_ways else ()
         taken = tuple(dim for dim in (layout.x, layout.y, layout.hue, *ways) if dim)
     return [str(dim) for dim, size in result.sizes.items() if size > 1 and dim not in taken]
-
-
-def is_cloud(result: xr.Dataset, choice: Choice) -> bool:
-    """Return whether the chart is one of points: linked cases in no order."""
-    return CASE in result.sizes and cases_to_scatter(result, choice)
 
 
 def _layout(result: xr.Dataset, choice: Choice) -> Layout:
@@ -364,29 +351,25 @@ def border_axes(borders: xr.Dataset) -> list[str]:
     return [name for name in PARAMETERS if f"{name}_bracket" in borders.variables]
 
 
-def lines_of(borders: xr.Dataset, across: str, up: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return each line: its places (n, 2) in shown units, and its points (n,) in the file.
-
-    A point alone is no line.
-    """
-    places = np.column_stack([shown(borders[name]).values for name in (across, up)])
-    ends = np.flatnonzero(np.diff(borders["line"].values)) + 1
-    lines = np.split(np.arange(len(places)), ends)
-    return [(places[line], line) for line in lines if len(line) > 1]
-
-
 def border_parts(
     borders: xr.Dataset, across: str, up: str
 ) -> Iterator[tuple[np.ndarray, np.ndarray, str]]:
-    """Yield parts of lines that are of one type: places, points as of `lines_of`, and the type."""
-    for places, points in lines_of(borders, across, up):
-        is_grazing = borders["type"].values[points] == _GRAZING
+    """Yield parts of lines that are of one type, which is given by its name.
+
+    First come their places (n, 2) in shown units, and their points (n,) in the file. A point alone
+    is no line.
+    """
+    places = np.column_stack([shown(borders[name]).values for name in (across, up)])
+    last = np.flatnonzero(np.diff(borders["line"].values)) + 1
+    for line in np.split(np.arange(len(places)), last):
+        is_grazing = borders["type"].values[line] == _GRAZING
         # A piece that ends where lines meet is what its other end is.
         pieces = is_grazing[:-1] | is_grazing[1:]
         ends = [0, *(np.flatnonzero(np.diff(pieces)) + 1).tolist(), len(pieces)]
         for start, stop in itertools.pairwise(ends):
-            name = "grazing" if pieces[start] else "fold"
-            yield places[start : stop + 1], points[start : stop + 1], name
+            if start < stop:
+                points = line[start : stop + 1]
+                yield places[points], points, "grazing" if pieces[start] else "fold"
 
 
 def place_elsewhere(ds: xr.Dataset, borders: xr.Dataset) -> str:

@@ -59,13 +59,18 @@ def variables_of(ds: xr.Dataset, choice: Choice) -> tuple[str, ...]:
     """The result variables to draw: those asked for, or both amplitudes."""
     if choice.variable is None:
         return AMPLITUDES
-    return tuple(_variable(ds, name) for name in choice.variables)
+    # Those that a user added have a number for each point of the result as well.
+    points = set(ds["status"].dims) if "status" in ds else set(ds.dims)
+    own = [
+        str(name)
+        for name, variable in ds.data_vars.items()
+        if name not in RESULTS and variable.dtype.kind in "biuf" and set(variable.dims) == points
+    ]
+    return tuple(name if name in own else _result(ds, name, own) for name in choice.variables)
 
 
-def _variable(ds: xr.Dataset, name: str) -> str:
-    own = _own_variables(ds)
-    if name in own:
-        return name
+def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
+    """Return the full name of a result variable; raises ValueError if the dataset has none such."""
     name = canonical_result(name) or name
     if name not in RESULTS:
         symbols = (variable.symbol for variable in RESULTS.values())
@@ -75,16 +80,6 @@ def _variable(ds: xr.Dataset, name: str) -> str:
     if name not in ds.variables:
         raise ValueError(f"this file lacks {name}: it is of an older version; sweep it again")
     return name
-
-
-def _own_variables(ds: xr.Dataset) -> list[str]:
-    """Return the variables that a user added: a number for each point of the result."""
-    points = set(ds["status"].dims) if "status" in ds else set(ds.dims)
-    return [
-        str(name)
-        for name, variable in ds.data_vars.items()
-        if name not in RESULTS and variable.dtype.kind in "biuf" and set(variable.dims) == points
-    ]
 
 
 def named_roles(ds: xr.Dataset, choice: Choice) -> dict[str, str]:

@@ -66,7 +66,14 @@ def missing_notes(
     `log` names the variables that are drawn on a logarithmic scale.
     """
     missing = missing_points(ds, names)
-    notes = [_count_by_reason(ds, missing.values, mark)] if missing.any() else []
+    notes = []
+    if missing.any():
+        reasons = ["no status in the file"]
+        if "status" in ds:
+            codes, counts = np.unique(ds["status"].values[missing.values], return_counts=True)
+            reasons = [f"{n} {_reason(code)}" for code, n in zip(codes, counts, strict=True)]
+        count = f"{int(missing.sum())} of {missing.size}"
+        notes = [f"{mark}{count} points missing ({', '.join(reasons)})"]
     for name in names:
         values = trusted(ds, name)
         undefined = int((values.isnull() & ~missing).sum())
@@ -78,18 +85,6 @@ def missing_notes(
             at = counted(below, "point")
             notes.append(f"{shown(ds[name]).symbol} is not above 0 at {at}: not drawn.")
     return notes
-
-
-def _count_by_reason(
-    ds: xr.Dataset, missing: np.ndarray[tuple[int, ...], np.dtype[np.bool_]], mark: str
-) -> str:
-    if "status" in ds:
-        codes, counts = np.unique(ds["status"].values[missing], return_counts=True)
-        reasons = [f"{n} {_reason(code)}" for code, n in zip(codes, counts, strict=True)]
-    else:
-        reasons = ["no status in the file"]
-    count = int(missing.sum())
-    return f"{mark}{count} of {missing.size} points missing ({', '.join(reasons)})"
 
 
 def _reason(code: int) -> str:

@@ -102,7 +102,7 @@ def draw_maps(
         colours = colours_of(drawn.dataset, name, log="z" in scales)
         shades = shades_of(colours)
         for panel in drawn.of(name):
-            chart = cells_of(panel.dataset, across, up, colours, {})
+            chart = cells_of(panel.dataset, across, up, colours)
             _draw_map(panel, chart, shades, parted=borders is None)
         draw_scale(colours, shades, drawn.figure, [panel.axes for panel in drawn.of(name)])
         kinds += legend_of(colours)

@@ -266,7 +266,7 @@ def _charts(
     dims = dict.fromkeys(d for v in views if v.kind == "map" for d in (v.across, v.up) if d)
     along = {dim: dict(sheets_along(ds, dim, variables, mappers)) for dim in dims}
     sheets = [sheet for scales in (*of_views, *along.values()) for sheet in scales.values()]
-    figures = {sheet.about["figure"]: sheet.figure for sheet in sheets}
+    figures = {about["figure"]: drawn for drawn, about in sheets}
     places = {
         name: column(sizing_mode="stretch_width") for name in ("picture", "along-x", "along-y")
     }
@@ -277,7 +277,7 @@ def _charts(
 
 
 def _about(scales: Mapping[str, Sheet]) -> dict[str, Any]:
-    return {scale: sheet.about for scale, sheet in scales.items()}
+    return {scale: about for scale, (_, about) in scales.items()}
 
 
 def _motion_hosts(height: int) -> dict[str, Model]:

@@ -30,20 +30,22 @@ def failures_table(ds: xr.Dataset) -> str:
     failed = failed_points(ds)
     if not failed.size:
         return "<p>Every point that was computed has a result.</p>"
-    rows = [_failure(ds, number) for number in failed[:_MOST_FAILURES].tolist()]
+    rows = []
+    for number in failed[:_MOST_FAILURES].tolist():
+        where = (
+            f'<button type="button" data-point="{number}">{_place_in_words(ds, number)}</button>'
+        )
+        rows.append([where, *_name_and_meaning("status", int(ds["status"].values.flat[number]))])
     more = failed.size - len(rows)
     note = f"<p>{more} more are not listed.</p>" if more else ""
     return _table(("point", "status", "what happened, and what may help"), rows) + note
 
 
-def _failure(ds: xr.Dataset, number: int) -> list[str]:
-    code = int(ds["status"].values.flat[number])
-    where = where_in_words(ds, number)
-    button = f'<button type="button" data-point="{number}">{where}</button>'
-    return [button, escape(code_name("status", code)), escape(code_sentence("status", code))]
+def _name_and_meaning(name: str, code: int) -> tuple[str, str]:
+    return escape(code_name(name, code)), escape(code_sentence(name, code))
 
 
-def where_in_words(ds: xr.Dataset, number: int) -> str:
+def _place_in_words(ds: xr.Dataset, number: int) -> str:
     """Return the values of the axes at a point, by its number in C order, as HTML."""
     (index,) = places_of(ds, np.array([number]))
     case = f"case {index[CASE]}, " if CASE in index else ""
@@ -52,20 +54,16 @@ def where_in_words(ds: xr.Dataset, number: int) -> str:
 
 def counts_table(ds: xr.Dataset) -> str:
     """Return how many points have each status and each regime, and what these mean."""
-    statuses = ds["status"].values
-    rows = [["status", *row] for row in _counts(statuses, "status")]
+    kinds = {"status": ds["status"].values}
     if "regime" in ds:
-        regimes = trusted(ds, "regime").fillna(Regime.UNKNOWN).values
-        rows += [["regime", *row] for row in _counts(regimes, "regime")]
+        kinds["regime"] = trusted(ds, "regime").fillna(Regime.UNKNOWN).values
+    rows = []
+    for name, codes in kinds.items():
+        found, counts = np.unique(codes.astype(int), return_counts=True)
+        for code, count in zip(found.tolist(), counts.tolist(), strict=True):
+            kind, meaning = _name_and_meaning(name, code)
+            rows.append([name, kind, str(count), meaning])
     return _table(("variable", "kind", "points", "meaning"), rows)
-
-
-def _counts(codes: np.ndarray, name: str) -> list[list[str]]:
-    found, counts = np.unique(codes.astype(int), return_counts=True)
-    return [
-        [escape(code_name(name, code)), str(count), escape(code_sentence(name, code))]
-        for code, count in zip(found.tolist(), counts.tolist(), strict=True)
-    ]
 
 
 def largest_error(ds: xr.Dataset) -> str:
@@ -75,7 +73,7 @@ def largest_error(ds: xr.Dataset) -> str:
         return "No point states an error."
     number = int(np.nanargmax(errors))
     error = as_html(shown(xr.DataArray(float(f"{errors[number]:.1e}"))).value)
-    where = where_in_words(ds, number)
+    where = _place_in_words(ds, number)
     aperiodic = int(ds["status"].values.ravel()[number]) == Status.APERIODIC
     kind = ", that of a mean over a motion that never closes" if aperiodic else ""
     return f"The largest amplitude error is {error}, at {where}{kind}."
@@ -95,21 +93,15 @@ def fixed_parameters(ds: xr.Dataset) -> str:
 
 def readout_table(ds: xr.Dataset, parameters: Iterable[str], variables: Iterable[str]) -> str:
     """Return a table of the numbers of a point, which the script of the page fills in order."""
-    rows = [
-        f'<tr class="parameter"><th scope="row">{_called(ds, name)}</th><td></td></tr>'
-        for name in parameters
-    ]
-    rows += [
-        f'<tr title="{escape(RESULTS[name].meaning)}">'
-        f'<th scope="row">{escape(name.replace("_", " "))}</th><td></td></tr>'
-        for name in variables
-    ]
+    rows = []
+    for name in parameters:
+        symbol = f" {as_html(shown(ds[name]).symbol)}" if name in PARAMETERS else ""
+        heading = f'<th scope="row">{escape(name.replace("_", " "))}{symbol}</th>'
+        rows.append(f'<tr class="parameter">{heading}<td></td></tr>')
+    for name in variables:
+        heading = f'<th scope="row">{escape(name.replace("_", " "))}</th>'
+        rows.append(f'<tr title="{escape(RESULTS[name].meaning)}">{heading}<td></td></tr>')
     return f'<table class="readout"><tbody>{"".join(rows)}</tbody></table>'
-
-
-def _called(ds: xr.Dataset, name: str) -> str:
-    words = escape(name.replace("_", " "))
-    return f"{words} {as_html(shown(ds[name]).symbol)}" if name in PARAMETERS else words
 
 
 def provenance_table(facts: Iterable[tuple[str, object]]) -> str:

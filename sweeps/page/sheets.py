@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import xarray as xr
 from bokeh.models import (
@@ -27,18 +27,22 @@ from sweeps.charts.axes import (
     STRIP,
     Axis,
     axis_of,
+    cases_to_scatter,
     cell_edges,
     cells_of_pixels,
     is_scattered,
     layout_of,
 )
-from sweeps.charts.chart import Cells, Chart, Cloud, Curves, chart_of, further_axes, is_cloud
+from sweeps.charts.chart import Cells, Chart, Cloud, Curves, chart_of, further_axes
 from sweeps.charts.choice import Choice
 from sweeps.charts.colours import GREY, Colours
 from sweeps.charts.labels import parameters_along
 from sweeps.grid import CASE, DIRECTION
 from sweeps.page.drawing import add_borders, add_colour_bar, draw, palette_of
 from sweeps.page.script_data import symbol_of
+
+Sheet: TypeAlias = tuple[Model, dict[str, Any]]
+"""A figure of a page, and what its script must know to fill it."""
 
 SCALES = ("linear", "log", "kinds")
 _TALL, _LOW = 540, 276  # pixels: a view, and the curves through a point of a map
@@ -74,14 +78,6 @@ class View:
         return Choice(variable, self.across, self.up, log="z" if scale == "log" else "")
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """A figure of a page, and what its script must know to fill it."""
-
-    figure: Model
-    about: dict[str, Any]
-
-
 def ordered(ds: xr.Dataset) -> xr.Dataset:
     """Return the result with rising values along its axes; cases in no order stay as they are.
 
@@ -94,7 +90,7 @@ def ordered(ds: xr.Dataset) -> xr.Dataset:
 
 def views_of(ds: xr.Dataset) -> list[View]:
     """Return the views of a result, first its standard picture; none of a single point."""
-    if is_cloud(ds, Choice("status")):
+    if cases_to_scatter(ds, Choice("status")):
         along = parameters_along(ds, CASE)
         maps = [View("points", x, y) for x, y in itertools.combinations(along, 2)]
         return [*(View("points", x, of_values=True) for x in along), *maps]
@@ -135,17 +131,23 @@ def sheets_of(
     for scale, variable in _examples(variables):
         choice = view.choice(variable, scale)
         chart = chart_of(ds, choice, of_values=view.of_values and scale != "kinds")
-        sheet = _sheet(ds, chart, f"{view.label}, {scale}", _TALL, mappers[scale])
-        sheet.about["sliders"] = [_place(ds, dim) for dim in further_axes(ds, choice)]
-        _add_marks(sheet.figure, chart)
+        drawn, about = _sheet(ds, chart, f"{view.label}, {scale}", _TALL, mappers[scale])
+        about["sliders"] = [_place(ds, dim) for dim in further_axes(ds, choice)]
+        _add_marks(drawn, chart)
         if view.kind == "map":
             if scale == "linear":
-                _add_logarithms(sheet.figure, mappers["log"])
+                # Bokeh does not paint an image anew where its colours become those of another
+                # mapper: the script shows one of two.
+                cells, *others = drawn.renderers
+                glyph = cells.glyph.clone(color_mapper=mappers["log"])
+                # Marks lie above both.
+                drawn.renderers = [cells, drawn.add_glyph(cells.data_source, glyph), *others]
+                add_colour_bar(drawn, mappers["log"])
             if borders is not None and isinstance(chart, Cells):
-                add_borders(sheet.figure, chart, borders)
-            yield from dict.fromkeys(SCALES, sheet).items()
+                add_borders(drawn, chart, borders)
+            yield from dict.fromkeys(SCALES, (drawn, about)).items()
             return
-        yield scale, sheet
+        yield scale, (drawn, about)
 
 
 def sheets_along(
@@ -156,17 +158,6 @@ def sheets_along(
         line = ds.isel({other: [0] for other in ds.sizes if other != dim})
         chart = chart_of(line.squeeze(), Choice(variable, log="z" if scale == "log" else ""))
         yield scale, _sheet(ds, chart, f"along {dim}, {scale}", _LOW, mappers[scale])
-
-
-def _add_logarithms(figure: Any, mapper: ColorMapper) -> None:
-    """Add the same cells, and a scale, in the colours of logarithms: the script shows one of both.
-
-    Bokeh does not paint an image anew where its colours become those of another mapper.
-    """
-    cells, *others = figure.renderers
-    logarithms = figure.add_glyph(cells.data_source, cells.glyph.clone(color_mapper=mapper))
-    figure.renderers = [cells, logarithms, *others]  # marks lie above both
-    add_colour_bar(figure, mapper)
 
 
 def _examples(variables: Mapping[str, Colours]) -> Iterator[tuple[str, str]]:
@@ -193,7 +184,7 @@ def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int, mapper: ColorMa
         about["names"] = [chart.names[0], "" if chart.ends else chart.names[1]]
         if chart.names[1] in ("regime", "status"):  # as heights they have names
             figure.yaxis.ticker = SingleIntervalTicker(interval=1)
-    return Sheet(figure, about)
+    return figure, about
 
 
 def _ruler(ds: xr.Dataset, axis: Axis) -> dict[str, Any]:
