@@ -7,19 +7,16 @@ documents are refused, and nothing in a file can make the reader hang, recurse d
 from __future__ import annotations
 
 import math
+import pathlib
 import re
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.composer import Composer
+from ruamel.yaml import YAML, events
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import AliasEvent
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
-from sweeps.config.diagnostics import MAX_DEPTH, UNREADABLE, Document
+from sweeps.config.diagnostics import MAX_DEPTH, UNREADABLE, Document, Path
 from sweeps.human import reason
 from sweeps.input_files import NotTextError, text_of
 
@@ -53,53 +50,25 @@ _REMEDIES = {
     "cannot start any token": "a text that starts with this character needs quotes",
 }
 _MESSAGES = {
-    "found another document": "a second document starts here; a config is one",
+    "another document": "a second document starts here; a config is one",
     r"'\t' that cannot start": "has a tab where none may stand; write spaces instead of tabs",
     "too many keys": f"has more than {_MAX_KEYS} keys, which no config has",
     "maximum depth": "is nested too deeply; a config has four levels of keys at most",
 }
 
 
-class _Alias(ScalarNode):
-    """An alias that is not followed; its value is the name of the anchor."""
-
-
-class _Composer(Composer):
-    """Ruamel's composer, but for aliases, which could fill the memory: each stays in its place.
-
-    Raises MarkedYAMLError at a key too many.
-    """
-
-    keys = 0
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        event = self.parser.peek_event()
-        self.keys += index is None and isinstance(parent, MappingNode)
-        if self.keys > _MAX_KEYS:
-            raise MarkedYAMLError(problem="too many keys", problem_mark=event.start_mark)
-        if isinstance(event, AliasEvent):
-            self.parser.get_event()
-            return _Alias(None, event.anchor, event.start_mark, event.end_mark)
-        node = super().compose_node(parent, index)
-        node.ctag = event.ctag  # the tag that was written, not the one that ruamel adds
-        return node
-
-
-def read_file(path: Path) -> Document:
+def read_file(path: pathlib.Path) -> Document:
     """Return what a whole file holds; where it is unreadable, the document says why.
 
     A UTF-8 byte order mark, as some editors write it, is accepted.
     """
     document = Document(str(path))
     try:
-        text = text_of(path, _MOST_MIB, "config")
+        document = read_text(text_of(path, _MOST_MIB, "config"), str(path))
     except NotTextError as error:
         document.refuse_line(error.line, str(error))
-        return document
     except OSError as error:
         document.refuse(f"cannot be read: {reason(error)}")
-        return document
-    document = read_text(text, str(path))
     if document.data is None and not document.problems:
         document.refuse_line(None, "is empty; `{}` alone is the paper's Fig. 3 as a single point")
     return document
@@ -116,8 +85,7 @@ def read_text(text: str, source: str, *path: str) -> Document:
         document.refuse_line(line, "a line must not start with '%': directives are refused", *path)
         return document
     try:
-        if root := _composed(text):
-            document.data = _Values(document, text).of(root, *path)
+        return _Reader(text, source, path).read()
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         document.refuse_line(line, "contains a control character, which no text has", *path)
@@ -139,77 +107,99 @@ def read_mapping(text: str, source: str) -> dict[str, Any]:
     return document.data or {}
 
 
-def _composed(text: str) -> Node | None:
-    """Return the root of the nodes of a text; raises YAMLError."""
-    yaml = YAML(typ="safe", pure=True)
-    yaml.Composer, yaml.max_depth = _Composer, MAX_DEPTH
-    yaml.composer.warn_double_anchors = False  # each is refused
-    root: Node | None = yaml.compose(text)
-    return root
-
-
 def _syntax_message(error: MarkedYAMLError) -> str:
     problem = error.problem or error.context or "syntax error"
     for part, message in _MESSAGES.items():
         if part in problem:
             return message
-    remedy = next((r for part, r in _REMEDIES.items() if part in problem), None)
-    return f"is not valid YAML: {problem}" + (f"; {remedy}" if remedy else "")
+    remedy = next((f"; {remedy}" for part, remedy in _REMEDIES.items() if part in problem), "")
+    return f"is not valid YAML: {problem}{remedy}"
 
 
-@dataclass(frozen=True)
-class _Values:
-    """Makes plain values of ruamel's nodes, and notes their places and what no config has."""
+class _Reader:
+    """Makes plain values of ruamel's events, and notes their places and what no config has."""
 
-    document: Document
-    text: str
+    def __init__(self, text: str, source: str, path: Path) -> None:
+        self.text, self.document, self.path, self.keys = text, Document(source), path, 0
+        self.events: Iterator[Any] = YAML(typ="safe", pure=True).parse(text)
 
-    def of(self, node: Node, *path: str | int, line: int | None = None) -> Any:
-        """Return the value of a node; `line` is that of its key, where it has one."""
-        self.document.locate(line or node.start_mark.line + 1, *path)
-        if isinstance(node, _Alias):
-            self.document.refuse(f"the alias *{node.value} is refused; write the value out", *path)
+    def read(self) -> Document:
+        """Return what the text holds; raises YAMLError, or an error of Python."""
+        next(self.events)  # the stream begins
+        if isinstance(next(self.events), events.DocumentStartEvent):
+            root = next(self.events)
+            self.document.locate(root.start_mark.line + 1, *self.path)
+            self.document.data = self._value(root, *self.path)
+            next(self.events)  # the document ends
+            if isinstance(event := next(self.events), events.DocumentStartEvent):
+                raise _refusal("another document", event)
+        return self.document
+
+    def _value(self, event: Any, *path: str | int) -> Any:
+        """Return the value that begins with an event."""
+        if isinstance(event, events.AliasEvent):  # not followed: aliases could fill the memory
+            message = f"the alias *{event.anchor} is refused; write the value out"
+            self.document.refuse(message, *path)
             return UNREADABLE
-        self._refuse_decoration(node, *path)
-        if isinstance(node, MappingNode):
-            return self._mapping(node, *path)
-        if isinstance(node, SequenceNode):
-            return [self._item(item, *path, index) for index, item in enumerate(node.value)]
-        # A quoted or folded scalar is a text.
-        is_plain = isinstance(node, ScalarNode) and node.style is None
-        return _scalar(node.value) if is_plain else node.value
+        self._refuse_decoration(event, *path)
+        if isinstance(event, events.ScalarEvent):
+            # A quoted or folded scalar is a text.
+            return _scalar(event.value) if event.style is None else event.value
+        if isinstance(event, events.MappingStartEvent):
+            return self._mapping(*path)
+        return [self._item(item, *path, i) for i, item in enumerate(self._inner(*path))]
 
-    def _mapping(self, mapping: MappingNode, *path: str | int) -> dict[str, Any]:
+    def _inner(self, *path: str | int) -> Iterator[Any]:
+        """Yield the events with which the items or the keys of the value at a path begin."""
+        while not isinstance(event := next(self.events), events.CollectionEndEvent):
+            depth = len(path) + 2 - len(self.path)  # of the event; the whole text is 1 deep
+            if depth > MAX_DEPTH and not isinstance(event, events.AliasEvent):
+                raise _refusal("maximum depth", event)
+            yield event
+
+    def _mapping(self, *path: str | int) -> dict[str, Any]:
         values: dict[str, Any] = {}
-        for key_node, node in mapping.value:
-            key, line = key_node.value, key_node.start_mark.line + 1
-            if type(key_node) is not ScalarNode or not key:
-                self.document.refuse_line(line, "a key must be a name", *path)
+        for event in self._inner(*path):
+            self.keys += 1
+            if self.keys > _MAX_KEYS:
+                raise _refusal("too many keys", event)
+            key, line = getattr(event, "value", ""), event.start_mark.line + 1
+            inner = (*path, key) if key else path
+            if not key:
+                message = "a key must be a name"
             elif key == "<<":
                 message = "merge keys are refused; write the keys out"
-                self.document.refuse_line(line, message, *path, key)
             elif key in values:
-                _, first = self.document.place((*path, key))
-                message = f"is given twice (first in line {first})"
-                self.document.refuse_line(line, message, *path, key)
+                message = f"is given twice (first in line {self.document.place(inner)[1]})"
             else:
-                self._refuse_decoration(key_node, *path)
-                values[key] = self.of(node, *path, key, line=line)
+                self._refuse_decoration(event, *path)
+                self.document.locate(line, *inner)
+                values[key] = self._value(next(self.events), *inner)
+                continue
+            self.document.refuse_line(line, message, *inner)
+            document, self.document = self.document, Document("")  # what follows is not judged
+            self._value(event, *path, key)
+            self._value(next(self.events), *path, key)
+            self.document = document
         return values
 
-    def _item(self, node: Node, *path: str | int) -> Any:
-        value = self.of(node, *path)
-        before = self.text[node.start_mark.index - 1]
-        if isinstance(node, ScalarNode) and before == "," and _THOUSANDS.fullmatch(node.value):
-            message = f"',{node.value}' starts a new number in a list; 3,000 is written 3000"
+    def _item(self, event: Any, *path: str | int) -> Any:
+        self.document.locate(event.start_mark.line + 1, *path)
+        before, written = self.text[event.start_mark.index - 1], getattr(event, "value", "")
+        if before == "," and _THOUSANDS.fullmatch(written):
+            message = f"',{written}' starts a new number in a list; 3,000 is written 3000"
             self.document.warn(message, *path)
-        return value
+        return self._value(event, *path)
 
-    def _refuse_decoration(self, node: Node, *path: str | int) -> None:
-        if node.anchor is not None:
-            self.document.refuse(f"the anchor &{node.anchor} is refused; leave it out", *path)
-        if node.ctag is not None:
+    def _refuse_decoration(self, event: Any, *path: str | int) -> None:
+        if event.anchor is not None:
+            self.document.refuse(f"the anchor &{event.anchor} is refused; leave it out", *path)
+        if event.ctag is not None:
             self.document.refuse("a tag ('!') is refused; leave it out", *path)
+
+
+def _refusal(problem: str, event: events.Event) -> MarkedYAMLError:
+    return MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
 
 
 def _scalar(text: str) -> object:
