@@ -6,7 +6,7 @@ What depends on a value that was refused is not judged.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import pairwise, product
 from typing import Any
 
@@ -19,10 +19,10 @@ from stickslip.variables import (
     canonical_name,
     unbounded,
 )
-from sweeps.config.diagnostics import Document, Path, path_text, quoted
+from sweeps.config.diagnostics import PARAMETER_SECTIONS, Document, Path, path_text, quoted
 from sweeps.config.numbers import whole
 from sweeps.config.sample import Sample
-from sweeps.config.schema import PARAMETER_SECTIONS, Config
+from sweeps.config.schema import Config
 from sweeps.human import counted, did_you_mean
 
 MAX_POINTS = 1_000_000_000
@@ -38,6 +38,8 @@ _COLD, _ALL_COLD = 70.0, 100.0
 # Parameters whose sizes say nothing: of any power of ten, or of another unit for each fluid.
 _OF_ANY_SIZE = ("viscosity_coefficient", "noise_intensity", "rheological_index", *STARTING)
 
+_CHANCE = f"`noise: {{treatment: {STOCHASTIC}}}`"
+
 
 def judged(
     document: Document, config: Config, unsound: Collection[str], picked: Mapping[str, Any]
@@ -49,10 +51,11 @@ def judged(
     if config.sample:
         config = config.model_copy(update={"cases": _drawn(document, config.sample)})
     config = _judged_parameters(document, config)
-    for case in picked.values():
-        config = _one_case(document, config, case)
+    if "case" in picked:
+        config = _one_case(document, config, picked["case"])
     _judge_schedule(document, config)
-    _judge_drive(document, config)
+    for message in _wrong_with_pull(config) if config.simulation.drive else ():
+        document.refuse(message, "simulation", "drive")
     _judge_order(document, config, unsound)
     _refuse_unbounded_films(document, config)
     _refuse_unfit(document, config, unsound)
@@ -72,7 +75,7 @@ def _judged_parameters(document: Document, config: Config) -> Config:
         _judge_neighbours(document, name, values)
     for section, part in parts.items():
         listed = {n: [v] if section == "model" else v for n, v in part.items()}
-        valid = [n for n, v in listed.items() if _are_valid(document, _path_of(document, n), n, *v)]
+        valid = [n for n, v in listed.items() if _are_valid(document, document.path_of(n), n, *v)]
         parts[section] = {name: part[name] for name in valid}
     sound = config.model_copy(update=parts)
     _refuse_repeated_cases(document, sound)
@@ -88,7 +91,7 @@ def _drawn(document: Document, sample: Sample) -> dict[str, tuple[float, ...]]:
         document.refuse(message, "sample")
         return {}
     valid = [
-        _are_valid(document, _path_of(document, name), name, low, high)
+        _are_valid(document, document.path_of(name), name, low, high)
         for name, (low, high, _) in sample.ranges.items()
     ]
     return sample.cases() if all(valid) else {}
@@ -110,15 +113,13 @@ def _one_case(document: Document, config: Config, case: object) -> Config:
 
 
 def _refuse_repeats(document: Document) -> None:
-    for section in (*PARAMETER_SECTIONS, "sample"):
-        for key in document.section(section):
-            name = canonical_name(key)
-            path = _path_of(document, name) if name else ()
-            if path and path != (section, key):
-                _, line = document.place(path)
-                first = path_text(path) + (f" in line {line}" if line else "")
-                message = f"gives {name} a second time, after {first}; keep one"
-                document.refuse(message, section, key)
+    first: dict[str, Path] = {}
+    for name, path in document.parameters():
+        if other := first.get(name):
+            _, line = document.place(other)
+            where = path_text(other) + (f" in line {line}" if line else "")
+            document.refuse(f"gives {name} a second time, after {where}; keep one", *path)
+        first.setdefault(name, path)
 
 
 def _sizes_fit(document: Document, config: Config) -> bool:
@@ -134,7 +135,7 @@ def _sizes_fit(document: Document, config: Config) -> bool:
 
 
 def _judge_neighbours(document: Document, name: str, values: tuple[float, ...]) -> None:
-    pairs, path = list(pairwise(sorted(values))), _path_of(document, name)
+    pairs, path = list(pairwise(sorted(values))), document.path_of(name)
     repeated = dict.fromkeys(a for a, b in pairs if a == b)
     near = [(a, b) for a, b in pairs if b - a <= _NEAR_DUPLICATE * max(abs(a), abs(b))]
     if repeated:
@@ -173,7 +174,7 @@ def _warn_of_exchange(document: Document, config: Config) -> None:
         document.warn(
             f"K = {K[0]:g} N/m with k = {k[0]:g}: both are far from their usual magnitude "
             "(K about 3000, k about 5e4), as if k and K were exchanged",
-            *_path_of(document, "spring_stiffness"),
+            *document.path_of("spring_stiffness"),
         )
 
 
@@ -205,7 +206,7 @@ def _warn_of_magnitudes(document: Document, config: Config, names: Collection[st
             usual = "in the paper" if variable.in_paper else "by default"
             size = f"{far[0]:g} {variable.unit}, against {variable.default:g} {usual}"
         message = f"{variable.symbol} = {size}: is it in another unit? all values are in SI units"
-        document.warn(message, *_path_of(document, name))
+        document.warn(message, *document.path_of(name))
 
 
 def _is_far(value: float, variable: ParameterVariable) -> bool:
@@ -240,16 +241,13 @@ def _judge_schedule(document: Document, config: Config) -> None:
         document.refuse(unequal, *path)
 
 
-def _judge_drive(document: Document, config: Config) -> None:
-    """Refuse a pull by what computes periodic drives alone."""
-    if config.simulation.drive is None:
-        return
+def _wrong_with_pull(config: Config) -> Iterator[str]:
+    """Yield what is wrong with a pull: it goes by what computes periodic drives alone."""
     if config.integrator.method != "adaptive":
         method = f"`integrator: {{method: {config.integrator.method}}}`"
-        document.refuse(f"does not go together with {method}; leave it out", "simulation", "drive")
+        yield f"does not go together with {method}; leave it out"
     if config.noise.treatment == STOCHASTIC:
-        noise = f"`noise: {{treatment: {STOCHASTIC}}}`"
-        document.refuse(f"does not go together with {noise}; leave it out", "simulation", "drive")
+        yield f"does not go together with {_CHANCE}; leave it out"
 
 
 def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
@@ -263,51 +261,45 @@ def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
 def _judge_order(document: Document, config: Config, unsound: Collection[str]) -> None:
     """Refuse to follow or to refine what is no swept axis, and axes that cannot be."""
     if follow := config.follow and _swept(document, config, config.follow, "follow"):
-        _judge_followed(document, config, follow)
+        for message in _wrong_with_line(document, config, follow):
+            document.refuse(message, "follow")
     if (refine := config.refine) and "refine" not in unsound:
         path = ("refine", "axes")
         names = [_swept(document, config, n, *path, i) for i, n in enumerate(refine.axes)]
         known = [name for name in names if name]
         if len(set(known)) < len(known):
             document.refuse("names an axis twice", *path)
+        cell = 2**refine.levels
         for name in known:
-            _judge_length(document, name, len(config.sweep[name]), refine.levels)
+            length = len(config.sweep[name])
+            if (length - 1) % cell or length < cell + 1:
+                below = max((length - 1) // cell, 1) * cell + 1
+                others = f"{below} or {below + cell}" if below != length else str(below)
+                document.refuse(
+                    f"{name} has {counted(length, 'value')}; {counted(refine.levels, 'level')} "
+                    f"need a multiple of {cell} and one more, such as {others}",
+                    "refine",
+                )
 
 
-def _judge_followed(document: Document, config: Config, name: str) -> None:
+def _wrong_with_line(document: Document, config: Config, name: str) -> Iterator[str]:
+    """Yield why an axis cannot be followed."""
     for other in ("refine", "sample", "cases"):
         if document.data.get(other):
-            document.refuse(f"does not go together with `{other}`; leave one of them out", "follow")
+            yield f"does not go together with `{other}`; leave one of them out"
     if config.noise.treatment == STOCHASTIC:
-        stochastic = f"`noise: {{treatment: {STOCHASTIC}}}`"
-        message = f"does not go together with {stochastic}: no state to go on from"
-        document.refuse(message, "follow")
+        yield f"does not go together with {_CHANCE}: no state to go on from"
     if name in STARTING:
-        message = f"cannot be {name}: a followed line starts from where it has arrived"
-        document.refuse(message, "follow")
+        yield f"cannot be {name}: a followed line starts from where it has arrived"
     if any(b <= a for a, b in pairwise(config.sweep[name])):
-        message = f"needs the values of {name} in increasing order: it goes up, then down"
-        document.refuse(message, "follow")
-
-
-def _judge_length(document: Document, name: str, length: int, levels: int) -> None:
-    """Refuse an axis whose cells do not come out even."""
-    cell = 2**levels
-    if (length - 1) % cell or length < cell + 1:
-        below = max((length - 1) // cell, 1) * cell + 1
-        others = f"{below} or {below + cell}" if below != length else str(below)
-        document.refuse(
-            f"{name} has {counted(length, 'value')}; {counted(levels, 'level')} need a multiple "
-            f"of {cell} and one more, such as {others}",
-            "refine",
-        )
+        yield f"needs the values of {name} in increasing order: it goes up, then down"
 
 
 def _swept(document: Document, config: Config, name: str, *path: str | int) -> str | None:
     """Return a name if it is that of an axis; all others are refused."""
     if name in config.sweep:
         return name
-    if key_of(document, "sweep", name):  # an axis that is refused itself
+    if document.path_of(name, "sweep"):  # an axis that is refused itself
         return None
     known = ", ".join(config.sweep) or "none"
     written, hint = quoted(document.at(*path)), did_you_mean(name, config.sweep)
@@ -320,19 +312,20 @@ def _refuse_unbounded_films(document: Document, config: Config) -> None:
     """Refuse points whose order parameter would grow without bound."""
     if not _unknown(document, config).isdisjoint(ENERGY_COEFFICIENTS):
         return
-    for values in combinations(config, ENERGY_COEFFICIENTS):
+    for values in _combinations(config, ENERGY_COEFFICIENTS):
         if growth := unbounded(*values):
-            paths = (_path_of(document, name) for name in ENERGY_COEFFICIENTS)
-            path = next(filter(None, paths))  # the defaults are bounded
+            given = filter(None, map(document.path_of, ENERGY_COEFFICIENTS))
+            path = next(given)  # the defaults are bounded
             document.refuse(f"{growth}: the order parameter would grow without bound", *path)
             return
 
 
-def combinations(config: Config, names: Collection[str]) -> set[tuple[float, ...]]:
+def _combinations(config: Config, names: Collection[str]) -> set[tuple[float, ...]]:
     """Return the values that these parameters take together at any point."""
     linked = [name for name in names if name in config.cases]
     free = [name for name in names if name not in linked]
-    together = zip(*(config.cases[name] for name in linked), strict=True) if linked else [()]
+    # Cases of unequal length are refused already.
+    together = zip(*(config.cases[name] for name in linked), strict=False) if linked else [()]
     found = set()
     for values in product(set(together), *(set(config.values(name)) for name in free)):
         by_name = dict(zip((*linked, *free), (*values[0], *values[1:]), strict=True))
@@ -342,27 +335,21 @@ def combinations(config: Config, names: Collection[str]) -> set[tuple[float, ...
 
 def _refuse_frozen_start(document: Document, config: Config) -> None:
     """Refuse a point that starts at phi = 0 without noise: its film would stay liquid forever."""
-    start, noise = "initial_order_parameter", "noise_intensity"
-    unknown = start in _unknown(document, config)
-    if unknown or not _starts_at_zero(config, start, noise):
+    names = ["initial_order_parameter", "noise_intensity"]
+    if config.noise.treatment == NO_NOISE:
+        del names[1]
+    linked = [config.cases[name] for name in names if name in config.cases]
+    are_zero = all(0 in config.values(name) for name in names)
+    meet = not linked or (0,) * len(linked) in zip(*linked, strict=False)
+    if names[0] in _unknown(document, config) or not (are_zero and meet):
         return
-    path = _path_of(document, start)
-    if not path and config.noise.treatment != NO_NOISE:
-        path = _path_of(document, noise)
+    path = next(filter(None, map(document.path_of, names)), ("noise", "treatment"))
     document.refuse(
         "initial_order_parameter (phi_0) is 0 without noise: phi = 0 is an exact zero of the "
         "equation, so the film could never solidify; start at a small value such as 0.01, or keep "
         "`noise: {treatment: typical-path}` with noise_intensity above 0",
-        *(path or ("noise", "treatment")),
+        *path,
     )
-
-
-def _starts_at_zero(config: Config, start: str, noise: str) -> bool:
-    if config.noise.treatment == NO_NOISE:
-        return 0 in config.values(start)
-    if start in config.cases and noise in config.cases:
-        return (0, 0) in zip(config.cases[start], config.cases[noise], strict=False)
-    return 0 in config.values(start) and 0 in config.values(noise)
 
 
 def _refuse_unfit(document: Document, config: Config, unsound: Collection[str]) -> None:
@@ -396,18 +383,4 @@ def _unknown(document: Document, config: Config) -> set[str]:
     sections = [document.data.get(section) or {} for section in PARAMETER_SECTIONS]
     if not all(isinstance(section, dict) for section in sections):
         return {*PARAMETERS} - config.names
-    return {name for name in PARAMETERS if _path_of(document, name)} - config.names
-
-
-def _path_of(document: Document, name: str) -> Path:
-    """Return where a parameter is given first, by full name or symbol; () where it is not."""
-    for section in (*PARAMETER_SECTIONS, "sample"):
-        if key := key_of(document, section, name):
-            return section, key
-    return ()
-
-
-def key_of(document: Document, section: str, name: str) -> str | None:
-    """Return the key by which a section gives a parameter: its full name or its symbol."""
-    keys = document.section(section)
-    return next((key for key in keys if canonical_name(key) == name), None)
+    return {name for name, _ in document.parameters()} - config.names

@@ -5,18 +5,22 @@ Problems are collected and reported together, so that none hides another.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from stickslip.variables import canonical_name
 from sweeps.exits import ExpectedError
 from sweeps.human import printable, shortened
 
 _SHOWN = 50  # problems that are printed: a screen of them
 # The deepest valid config has four levels; far below what would strain Python's recursion.
 MAX_DEPTH = 12
+
+PARAMETER_SECTIONS = ("model", "sweep", "cases")
+"""The sections in which parameters stand."""
 
 Path: TypeAlias = tuple[str | int, ...]
 """The keys and indices that lead to a value."""
@@ -98,7 +102,7 @@ class Document:
         if self.place(path)[1] != line:
             self.places[path] = self.source, line
 
-    def put(self, value: object, source: str, *path: str) -> None:
+    def put(self, value: object, source: str, *path: str | int) -> None:
         """Put a value from another source into the place of the one at a path."""
         self.at(*path[:-1])[path[-1]] = value
         kept = {p: place for p, place in self.places.items() if p[: len(path)] != path}
@@ -115,6 +119,18 @@ class Document:
         """Return what a section holds; nothing where it is missing, or no mapping."""
         value = self.data.get(name)
         return value if isinstance(value, dict) else {}
+
+    def parameters(self) -> Iterator[tuple[str, Path]]:
+        """Yield the full name and the path of each parameter that is given, by name or symbol."""
+        for section in (*PARAMETER_SECTIONS, "sample"):
+            for key in self.section(section):
+                if name := canonical_name(key):
+                    yield name, (section, key)
+
+    def path_of(self, name: str, section: str = "") -> Path:
+        """Return where a parameter is given first, or is in a section; () where it is not."""
+        paths = (path for given, path in self.parameters() if given == name)
+        return next((path for path in paths if section in ("", path[0])), ())
 
     def raise_problems(self) -> None:
         """Raise a ConfigError with all problems, in the order of the lines, if there is any."""

@@ -14,7 +14,6 @@ from dataclasses import replace
 from typing import Any, Self
 
 from stickslip.variables import canonical_name
-from sweeps.config.checks import key_of
 from sweeps.config.diagnostics import MAX_DEPTH, Document, quoted
 from sweeps.config.yaml_reader import read_text
 from sweeps.human import shortened
@@ -76,7 +75,7 @@ def _apply(document: Document, key: str, written: Document, picked: dict[str, An
 
 def _set_parameter(document: Document, key: str, name: str, written: Document) -> None:
     is_axis = isinstance(written.data, (list, dict))
-    if key_of(document, "cases", name):
+    if document.path_of(name, "cases"):
         if is_axis:
             _set_path(document, ["cases", name], written)
         else:
@@ -84,8 +83,8 @@ def _set_parameter(document: Document, key: str, name: str, written: Document) -
             written.refuse(message, key)
         return
     gone, section = ("model", "sweep") if is_axis else ("sweep", "model")
-    while old := key_of(document, gone, name):
-        del document.data[gone][old]
+    while old := document.path_of(name, gone):
+        del document.data[gone][old[1]]
     _set_path(document, [section, name], written)
 
 
@@ -101,5 +100,5 @@ def _set_path(document: Document, path: list[str], written: Document) -> None:
             written.refuse(message, *path)
             return
     name = canonical_name(last) if len(path) == 2 else None
-    key = (key_of(document, path[0], name) if name else None) or last
-    document.put(written.data, written.source, *sections, key)
+    given = document.path_of(name, path[0]) if name else ()
+    document.put(written.data, written.source, *(given or (*sections, last)))

@@ -36,7 +36,7 @@ from stickslip.options import (
 from stickslip.parameters import Parameters
 from stickslip.variables import BY_SYMBOL, OBSERVABLES, PARAMETERS, canonical_name
 from sweeps.config.axes import Axis
-from sweeps.config.diagnostics import quoted
+from sweeps.config.diagnostics import PARAMETER_SECTIONS, quoted
 from sweeps.config.group import Group
 from sweeps.config.numbers import ParameterName, ResultName, Text, finite, number, whole
 from sweeps.config.pull import Drive
@@ -468,8 +468,6 @@ SECTIONS: dict[str, type[Section]] = {
     for name, field in Config.model_fields.items()
     if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
 }
-PARAMETER_SECTIONS = ("model", "sweep", "cases")
-"""The sections in which parameters stand."""
 _NEWER = ("third_harmonic", "fifth_harmonic")
 
 

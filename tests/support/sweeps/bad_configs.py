@@ -250,6 +250,8 @@ SWEEPS: list[tuple[str, str | bytes, Outcome]] = [
      refused(1, "could never solidify")),
     ("a quintic term somewhere without a sextic one", "sweep:\n  d: [0, 1]\n  e: [0, 1]\n",
      refused(2, "would grow without bound")),
+    ("coefficients in cases of unequal length", "cases:\n  c: [1, 2]\n  d: [1]\n",
+     refused(1, "need equally many values")),
     ("quintic terms with sextic ones", "cases: {d: [0, 1], e: [0, 1]}\n", valid),
     ("a strain that relaxes by a method that does not know it",
      "integrator: {method: euler-cromer, dt: 1e-8}\nfilm:\n  strain: relaxing\n",
