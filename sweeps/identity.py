@@ -29,8 +29,8 @@ _NEAR = 1e-9  # relative: closer values differ by rounding rather than by intent
 
 def settings_of(config: Config) -> Settings:
     """Return the settings that, besides its parameters, determine a point, by dotted name."""
-    parts = {name: section.used() for name, section in config.defining().items()}
-    flat = {f"{name}.{key}": v for name, part in parts.items() for key, v in part.items()}
+    parts = config.defining().items()
+    flat = {f"{name}.{key}": value for name, part in parts for key, value in part.items()}
     followed = {"follow": config.follow} if config.follow else {}  # refined points are the same
     return flat | followed
 

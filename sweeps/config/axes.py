@@ -101,11 +101,7 @@ class Arange(Group):
         return (*made[:-1], stop) if abs(size - 1 - steps) <= _STOP_TOLERANCE else made
 
 
-_FORMS: dict[str, type[Linspace | Geomspace | Arange]] = {
-    "linspace": Linspace,
-    "geomspace": Geomspace,
-    "arange": Arange,
-}
+_FORMS = {form.__name__.lower(): form for form in (Linspace, Geomspace, Arange)}
 _EXAMPLES = "a list such as [200, 250], or " + ", ".join(form.example for form in _FORMS.values())
 
 _List = Annotated[list[Finite], Len(1, MAX_VALUES)]

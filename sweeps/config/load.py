@@ -15,7 +15,7 @@ from sweeps.config.diagnostics import ConfigError, Document, Problem, document_o
 from sweeps.config.group import sound_parts
 from sweeps.config.overrides import apply_overrides
 from sweeps.config.pull import read_table
-from sweeps.config.schema import KEYS, Config, Noise, Section, Stationary
+from sweeps.config.schema import KEYS, Config
 from sweeps.config.yaml_reader import read_file, read_text
 from sweeps.paths import path_of
 
@@ -76,7 +76,10 @@ def _config(
     read_table(document, folder)
     config = judged(document, *sound_parts(Config, document), picked)
     document.raise_problems()
-    settled: dict[str, Any] = with_noise(config.stationary, config.noise)
+    settled: dict[str, Any] = {}
+    if "window" not in config.stationary.model_fields_set:
+        window = default_window(config.noise.treatment)
+        settled["stationary"] = config.stationary.model_copy(update={"window": window})
     if output and "output" not in config.model_fields_set:
         settled["output"] = output
     config = config.settled(map(str, document.warnings), **settled)
@@ -85,12 +88,3 @@ def _config(
             document.refuse(message, *key.split("."))
     document.raise_problems()
     return config
-
-
-def with_noise(stationary: Stationary, noise: Noise) -> dict[str, Section]:
-    """Return the sections that change with a treatment of the noise, every key of them resolved."""
-    given = stationary.model_fields_set
-    if "window" not in given:
-        window = default_window(noise.treatment)
-        stationary = Stationary.model_construct(given, **{**dict(stationary), "window": window})
-    return {"noise": noise.settled(), "stationary": stationary}

@@ -6,20 +6,18 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from stickslip.course import COLUMNS, PullError, course_of
 from sweeps.config.diagnostics import Document
 from sweeps.config.group import Group
-from sweeps.config.numbers import Text, finite
+from sweeps.config.numbers import Finite, Text, finite
 from sweeps.exits import ExpectedError
 from sweeps.input_files import DataError, number_in, table_of
 from sweeps.paths import expanded
 
 # A file of a result holds the nodes in its config.
 _MOST_NODES = 20_000
-
-Number = Annotated[float, BeforeValidator(finite)]
 
 
 class Drive(Group):
@@ -31,14 +29,14 @@ class Drive(Group):
 
     example: ClassVar[str] = "{velocity: 2e-6} or {table: FILE.csv}"
 
-    velocity: Number | None = Field(None, description="a constant velocity in m/s")
+    velocity: Finite | None = Field(None, description="a constant velocity in m/s")
     table: Text | None = Field(
         None,
         description="a CSV file with the columns `elapsed_time` [s] and `velocity` [m/s], of at "
         f"most {_MOST_NODES} rows; from the folder of the config, or with `~` and `$NAME` as in "
         "`output`",
     )
-    nodes: Annotated[tuple[tuple[Number, Number], ...], Field(max_length=_MOST_NODES)] | None = (
+    nodes: Annotated[tuple[tuple[Finite, Finite], ...], Field(max_length=_MOST_NODES)] | None = (
         Field(None, description="the rows [s, m/s] of such a table")
     )
 
@@ -79,22 +77,19 @@ def read_table(document: Document, folder: Path) -> None:
     if not isinstance(drive, dict) or not isinstance(drive.get("table"), str):
         return
     try:
-        drive["nodes"] = _nodes(_file(folder, drive.pop("table")))
+        drive["nodes"] = _nodes(drive.pop("table"), folder)
     except DataError as error:
         for mistake in str(error).splitlines():
             document.refuse(mistake, "simulation", "drive", "table")
         del document.section("simulation")["drive"]
 
 
-def _file(folder: Path, name: str) -> Path:
+def _nodes(name: str, folder: Path) -> list[list[float]]:
+    """Return the rows of a table, a time and a velocity each; raises DataError."""
     try:
-        return folder / expanded(name)
+        file = folder / expanded(name)
     except ValueError as error:
         raise DataError(f"{name} {error}") from None
-
-
-def _nodes(file: Path) -> list[list[float]]:
-    """Return the rows of a table, a time and a velocity each; raises DataError."""
     table = table_of(file)
     for name in COLUMNS:
         if (count := table.header.count(name)) != 1:
@@ -104,16 +99,12 @@ def _nodes(file: Path) -> list[list[float]]:
         what = f"has {len(table.cells)} rows, more than {_MOST_NODES}"
         table.refuse(f"{what}; the velocity is linear in between, so that fewer may do")
     table.raise_problems()
-    columns = table.columns({name: table.header.index(name) for name in COLUMNS}, _number)
+    places = {name: table.header.index(name) for name in COLUMNS}
+    columns = table.columns(places, lambda cell, _: finite(number_in(cell)))
     try:
         course_of(columns)
     except PullError as error:
         table.refuse(error.what, None if error.row is None else table.lines[error.row])
     table.raise_problems()
-    return [
-        list(row) for row in zip(*(values.tolist() for values in columns.values()), strict=True)
-    ]
-
-
-def _number(cell: object, _: str) -> float:
-    return finite(number_in(cell))
+    nodes: list[list[float]] = np.column_stack([*columns.values()]).tolist()
+    return nodes

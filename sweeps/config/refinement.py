@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from annotated_types import Len
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
@@ -41,10 +41,6 @@ Condition = Annotated[
 ]
 
 
-def _listed(value: object) -> object:
-    return value if isinstance(value, (list, tuple)) else [value]
-
-
 def _with_regime(conditions: tuple[str | float, ...]) -> tuple[str | float, ...]:
     """Return the conditions in their one order; the regime counts even where it is not named."""
     parts = [condition for condition in conditions if condition != _REGIME]
@@ -65,7 +61,9 @@ class Refine(Group):
         3, description="halvings of the spacing"
     )
     where: Annotated[
-        tuple[Condition, ...], AfterValidator(_with_regime), BeforeValidator(_listed)
+        tuple[Condition, ...],
+        AfterValidator(_with_regime),
+        BeforeValidator(lambda value: value if isinstance(value, (list, tuple)) else [value]),
     ] = Field(
         (_REGIME, 1e-2),
         description="a change of regime; fraction of an amplitude by which the middle of a "
@@ -76,7 +74,3 @@ class Refine(Group):
     def miss(self) -> float | None:
         """The part of an amplitude in `where`; None asks for the same regime at corners alone."""
         return next((part for part in self.where if isinstance(part, float)), None)
-
-    def resolved(self) -> dict[str, Any]:
-        """Return the same as a config has it."""
-        return self.model_dump(mode="json")

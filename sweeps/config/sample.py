@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -20,20 +19,6 @@ from pydantic import (
 from sweeps.config.axes import Count, Pair
 from sweeps.config.group import Group
 from sweeps.config.numbers import full_name, whole
-
-
-def _sobol(count: int, width: int, seed: int) -> NDArray[np.float64]:
-    from scipy.stats import qmc
-
-    engine = qmc.Sobol(width, rng=np.random.default_rng(seed))
-    # A longer sequence begins with the shorter one: a sweep that grows keeps its points.
-    return np.asarray(engine.random_base2(max(math.ceil(math.log2(count)), 0))[:count])
-
-
-def _latin_hypercube(count: int, width: int, seed: int) -> NDArray[np.float64]:
-    from scipy.stats import qmc
-
-    return np.asarray(qmc.LatinHypercube(width, rng=np.random.default_rng(seed)).random(count))
 
 
 class Logarithmic(Group):
@@ -82,10 +67,6 @@ def _range(written: object) -> Range:
     return Range(low, high, logarithmic)
 
 
-def _name(key: str) -> str:
-    return full_name(key, *Sample.model_fields)
-
-
 class Sample(Group):
     """Points drawn from a box, as linked values; NAME: [low, high] or {log: [low, high]}."""
 
@@ -97,7 +78,7 @@ class Sample(Group):
 
     # The parameters, by their full names.
     __pydantic_extra__: dict[
-        Annotated[str, AfterValidator(_name)],
+        Annotated[str, AfterValidator(lambda key: full_name(key, *Sample.model_fields))],
         Annotated[Range, PlainValidator(_range, json_schema_input_type=Pair | Logarithmic)],
     ]
 
@@ -123,11 +104,15 @@ class Sample(Group):
 
     def cases(self) -> dict[str, tuple[float, ...]]:
         """Return the drawn values of each parameter."""
-        width = len(self.ranges)
+        from scipy.stats import qmc
+
+        width, rng = len(self.ranges), np.random.default_rng(self.seed)
         if self.sobol:
-            unit = _sobol(self.sobol, width, self.seed)
+            # A longer sequence begins with the shorter one: a sweep that grows keeps its points.
+            power = (self.sobol - 1).bit_length()
+            unit = qmc.Sobol(width, rng=rng).random_base2(power)[: self.sobol]
         else:
-            unit = _latin_hypercube(self.latin_hypercube or 0, width, self.seed)
+            unit = qmc.LatinHypercube(width, rng=rng).random(self.latin_hypercube)
         return {name: r.values(unit[:, i]) for i, (name, r) in enumerate(self.ranges.items())}
 
     def __str__(self) -> str:

@@ -5,10 +5,11 @@ It judges values one by one; `sweeps.config.checks` judges several together.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from itertools import groupby
 from typing import Annotated, Any, Literal, Self
 from urllib.parse import urlsplit
@@ -75,19 +76,30 @@ def _option(option: str) -> Any:
 def _of_ensembles(option: str) -> Any:
     """Return the field of an option that counts for a stochastic film alone."""
     what = OPTIONS[option]
-    return Field(None, description=f"{STOCHASTIC} only: {what.meaning}; by default {what.default}")
+    description = f"{STOCHASTIC} only: {what.meaning}; by default {what.default}"
+    return Field(None, description=description, validate_default=True)
 
 
-def _belongs_to(key: str, *owners: str) -> AfterValidator:
-    """Refuse a value that only some values of another key of its section make sense of."""
+def _belongs_to(key: str, *owners: str, default: Any = None) -> AfterValidator:
+    """Refuse a value that only some values of another key of its section make sense of.
+
+    With those, `default` is the value of a key that is not given.
+    """
 
     def check(value: Any, info: ValidationInfo) -> Any:
         given = info.data.get(key, owners[0])  # refused itself: of no consequence here
-        if value is not None and given not in owners:
+        if value is None:
+            return default if given in owners else None
+        if given not in owners:
             raise ValueError(f"belongs to `{key}: {' or '.join(owners)}`, but the {key} is {given}")
         return value
 
     return AfterValidator(check)
+
+
+def _of_noise(option: str) -> AfterValidator:
+    """Refuse an option that only a stochastic film has; give it its default."""
+    return _belongs_to("treatment", STOCHASTIC, default=OPTIONS[option].default)
 
 
 def _of_method(option: str) -> AfterValidator:
@@ -95,29 +107,20 @@ def _of_method(option: str) -> AfterValidator:
     return _belongs_to("method", *(n for n, m in METHODS.items() if m.own_option == option))
 
 
-def _or_none(mapping: object) -> object:
-    return mapping or None
+_SCHEMES = ("tcp", "tls", "ws", "wss")
 
 
 def _address(value: str | None) -> str | None:
     """Refuse what cannot be the address of a scheduler, which no second attempt would reach."""
-    if value is not None and not _is_address(value):
-        raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
-    return value
-
-
-_SCHEMES = ("tcp", "tls", "ws", "wss")
-
-
-def _is_address(value: str) -> bool:
-    try:
+    if value is None:
+        return None
+    with contextlib.suppress(ValueError):  # such as a port that is no number
         address = urlsplit(value)
-        port = address.port
-    except ValueError:
-        return False
-    if address.scheme == "inproc":  # a cluster within this process, which has no port
-        return True
-    return address.scheme in _SCHEMES and bool(address.hostname and port) and not address.path
+        is_host = address.hostname and address.port and not address.path
+        # A cluster within this process has no port.
+        if address.scheme == "inproc" or (is_host and address.scheme in _SCHEMES):
+            return value
+    raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
 
 
 def _not_blank(value: str) -> str:
@@ -140,26 +143,13 @@ def _fixed(value: object) -> float:
     return finite(value)
 
 
-# The bounds come first: behind the validator they would be missing in the JSON Schema.
-Tolerance = Annotated[float, _range("rtol"), BeforeValidator(number)]
-Step = Annotated[float, _range("dt"), BeforeValidator(number)]
-MaxError = Annotated[float, _range("max_error"), BeforeValidator(number)]
-Strain = Annotated[float, Field(ge=0, lt=1), BeforeValidator(number)]
-Count = Annotated[int, _range("max_periods"), BeforeValidator(whole)]
-Window = Annotated[int, _range("window"), BeforeValidator(whole)]
-Seed = Annotated[int, _range("seed"), BeforeValidator(whole)]
-Realizations = Annotated[int, _range("realizations"), BeforeValidator(whole)]
-Workers = Annotated[int, Field(ge=1, le=4096), BeforeValidator(whole)]
-Periods = Annotated[int, Field(ge=1, le=_MAX_SAMPLES), BeforeValidator(whole)]
-Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), BeforeValidator(whole)]
-Duration = Annotated[float, Field(gt=0), BeforeValidator(finite)]
-Fixed = Annotated[float, BeforeValidator(_fixed)]
-Switch = Annotated[bool, Strict()]
-Observables = Annotated[
-    tuple[Annotated[str, _one_of(OBSERVABLES)], ...], BeforeValidator(_observables)
-]
+# Bounds come first: behind these they would be missing in the JSON Schema.
+_NUMBER, _WHOLE = BeforeValidator(number), BeforeValidator(whole)
+
+Tolerance = Annotated[float, _range("rtol"), _NUMBER]
+Count = Annotated[int, _range("max_periods"), _WHOLE]
+Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), _WHOLE]
 Line = Annotated[Text, AfterValidator(_not_blank)]
-FileName = Annotated[Line, AfterValidator(expanded)]
 
 
 class Section(Group):
@@ -178,9 +168,9 @@ class Integrator(Section):
         description="; ".join(f"{name}: {method.meaning}" for name, method in METHODS.items()),
     )
     rtol: Annotated[Tolerance, _of_method("rtol")] = _option("rtol")
-    dt: Annotated[Step, _of_method("dt")] = _option("dt")
+    dt: Annotated[float, _range("dt"), _NUMBER, _of_method("dt")] = _option("dt")
     max_steps: Count | None = _option("max_steps")
-    max_error: MaxError = _option("max_error")
+    max_error: Annotated[float, _range("max_error"), _NUMBER] = _option("max_error")
 
     def used(self) -> dict[str, Any]:
         """Return what the method uses: the tolerance or the step, never both."""
@@ -194,8 +184,8 @@ class Stationary(Section):
 
     rtol: Tolerance = _option("stationary_rtol")
     max_periods: Count = _option("max_periods")
-    window: Window = _option("window")
-    accelerate: Switch = Field(
+    window: Annotated[int, _range("window"), _WHOLE] = _option("window")
+    accelerate: Annotated[bool, Strict()] = Field(
         DEFAULTS.accelerate, description="extrapolate clearly contracting sequences (adaptive)"
     )
 
@@ -207,18 +197,12 @@ class Noise(Section):
         DEFAULTS.noise,
         description="; ".join(f"{name}: {what}" for name, what in NOISE_TREATMENTS.items()),
     )
-    seed: Annotated[Seed | None, _belongs_to("treatment", STOCHASTIC)] = _of_ensembles("seed")
-    realizations: Annotated[Realizations | None, _belongs_to("treatment", STOCHASTIC)] = (
-        _of_ensembles("realizations")
+    seed: Annotated[Annotated[int, _range("seed"), _WHOLE] | None, _of_noise("seed")] = (
+        _of_ensembles("seed")
     )
-
-    def settled(self) -> Noise:
-        """Return the same with every key that has an effect."""
-        if self.treatment != STOCHASTIC:
-            return self.model_copy(update={"seed": None, "realizations": None})
-        given = {key: getattr(self, key) for key in ("seed", "realizations")}
-        default = {key: getattr(DEFAULTS, key) for key, value in given.items() if value is None}
-        return self.model_copy(update=default)
+    realizations: Annotated[
+        Annotated[int, _range("realizations"), _WHOLE] | None, _of_noise("realizations")
+    ] = _of_ensembles("realizations")
 
 
 class Film(Section):
@@ -237,7 +221,7 @@ class Film(Section):
 class Execution(Section):
     """Distribution of the work; it never affects the result."""
 
-    workers: Workers | None = Field(
+    workers: Annotated[int, Field(ge=1, le=4096), _WHOLE] | None = Field(
         None,
         description="number of threads or processes; by default one for each core that the "
         "process may use",
@@ -274,7 +258,7 @@ class Plot(Section):
     variables: list[ResultName] | None = Field(
         None, description="amplitudes: the result variables to draw; by default both amplitudes"
     )
-    elastic_strain: Strain | None = Field(
+    elastic_strain: Annotated[float, Field(ge=0, lt=1), _NUMBER] | None = Field(
         None, description="free_energy, landscape: the strain; by default that of Fig. 2"
     )
 
@@ -282,13 +266,17 @@ class Plot(Section):
 class Simulation(Section):
     """The trajectory that `simulate` and the figures of trajectories compute."""
 
-    periods: Periods = Field(6, description="drive periods")
+    periods: Annotated[int, Field(ge=1, le=_MAX_SAMPLES), _WHOLE] = Field(
+        6, description="drive periods"
+    )
     start: Literal["initial", "stationary"] = Field(
         "initial", description="the initial values, or the stationary orbit"
     )
     samples_per_period: Samples = Field(2000, description="samples per period, evenly spaced")
 
-    schedule: Annotated[dict[ParameterName, Axis] | None, AfterValidator(_or_none)] = Field(
+    schedule: Annotated[
+        dict[ParameterName, Axis] | None, AfterValidator(lambda schedule: schedule or None)
+    ] = Field(
         None,
         description="parameters that change together along the run: "
         "`periods` at the first values, as many at the second, and so on",
@@ -296,7 +284,7 @@ class Simulation(Section):
     drive: Drive | None = Field(
         None, description="pull the upper block instead of moving it periodically (adaptive)"
     )
-    duration: Duration | None = Field(
+    duration: Annotated[float, Field(gt=0), BeforeValidator(finite)] | None = Field(
         None, description="seconds of a `drive`; by default to the last time of its table"
     )
     samples: Samples = Field(PULL_SAMPLES, description="samples of a `drive`, evenly spaced")
@@ -347,7 +335,7 @@ class Config(Group):
     """
 
     title: Line | None = Field(None, description="One line about the result.")
-    model: dict[ParameterName, Fixed] = Field(
+    model: dict[ParameterName, Annotated[float, BeforeValidator(_fixed)]] = Field(
         {}, description="Fixed parameters; the others have the paper's values."
     )
     sweep: dict[ParameterName, Axis] = Field(
@@ -365,13 +353,13 @@ class Config(Group):
     stationary: Stationary = Stationary()
     noise: Noise = Noise()
     film: Film = Film()
-    observables: Observables = Field(
-        (), description="Without effect: all result variables are computed."
-    )
+    observables: Annotated[
+        tuple[Annotated[str, _one_of(OBSERVABLES)], ...], BeforeValidator(_observables)
+    ] = Field((), description="Without effect: all result variables are computed.")
     execution: Execution = Execution()
     plot: Plot = Plot()
     simulation: Simulation = Simulation()
-    output: FileName = Field(
+    output: Annotated[Line, AfterValidator(expanded)] = Field(
         "results/sweep.nc",
         description="Result file; by default NAME.yaml writes results/NAME.nc. `~` is the home "
         "folder, and `$NAME` a variable of the environment.",
@@ -403,9 +391,9 @@ class Config(Group):
         """Return the fixed parameters, with the paper's values for those that are not given."""
         return Parameters(**self.model)
 
-    def defining(self) -> dict[str, Section]:
-        """Return the sections that, besides the parameters, make the numbers of a point."""
-        return {name: getattr(self, name) for name in DEFINING}
+    def defining(self) -> dict[str, dict[str, Any]]:
+        """Return the settings, by section, that besides the parameters make the numbers."""
+        return {name: getattr(self, name).used() for name in DEFINING}
 
     def resolved(self) -> dict[str, Any]:
         """Return all that defines the result, without `execution` and `output`, ready for JSON."""
@@ -417,7 +405,7 @@ class Config(Group):
             "sweep": {name: list(values) for name, values in self.sweep.items()},
             "cases": {name: list(values) for name, values in self.cases.items()},
             **self.order(),
-            **{name: section.used() for name, section in self.defining().items()},
+            **self.defining(),
             "plot": self.plot.model_dump(exclude_none=True),
             "simulation": self.simulation.model_dump(mode="json", exclude_none=True),
         }
@@ -425,7 +413,7 @@ class Config(Group):
     def order(self) -> dict[str, Any]:
         """Return the keys that say which points are computed, and in which order."""
         follow = {} if self.follow is None else {"follow": self.follow}
-        return follow | ({} if self.refine is None else {"refine": self.refine.resolved()})
+        return follow | ({"refine": self.refine.model_dump(mode="json")} if self.refine else {})
 
     def resolved_yaml(self) -> str:
         """Return `resolved` as YAML; it is an equal config but for `execution` and `output`."""
@@ -435,7 +423,12 @@ class Config(Group):
         """Return the hash of what defines the numbers: title, plot and simulation do not enter."""
         resolved = self.resolved()
         parts: dict[str, Any] = {key: resolved[key] for key in (*PARAMETER_SECTIONS, *DEFINING)}
-        parts["model"] = without_newer(parts["model"])
+        # Newer parameters at their defaults, which older results lack, do not count.
+        parts["model"] = {
+            name: value
+            for name, value in parts["model"].items()
+            if name not in _NEWER or value != PARAMETERS[name].default
+        }
         parts |= self.order()
         # As pairs, because the order of the axes is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
@@ -463,22 +456,7 @@ class Config(Group):
 
 
 KEYS = tuple(Config.model_fields)
-SECTIONS: dict[str, type[Section]] = {
-    name: field.annotation
-    for name, field in Config.model_fields.items()
-    if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
-}
 _NEWER = ("third_harmonic", "fifth_harmonic")
-
-
-def without_newer(fixed: Mapping[str, float]) -> dict[str, float]:
-    """Return fixed parameters without newer ones at their defaults, which older results lack."""
-    return {
-        name: value
-        for name, value in fixed.items()
-        if name not in _NEWER or value != PARAMETERS[name].default
-    }
-
 
 DEFINING = ("integrator", "stationary", "noise", "film")
 """The sections that, besides the parameters, make the numbers of a point."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from support.sweeps.configs import SECTIONS
 
 from stickslip.options import DEFAULTS, METHODS, OPTIONS
 from sweeps.config.json_schema import json_schema
 from sweeps.config.load import ConfigError, from_mapping, from_yaml
-from sweeps.config.schema import SECTIONS
 from sweeps.identity import settings_of
 
 # The key of each option of the integrators.

@@ -6,11 +6,10 @@ import re
 import runpy
 
 import pytest
-from support.sweeps.configs import CONFIGS
+from support.sweeps.configs import CONFIGS, SECTIONS
 
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import KEYS, from_yaml
-from sweeps.config.schema import SECTIONS
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.grid import Grid
 

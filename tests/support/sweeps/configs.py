@@ -6,9 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from sweeps.config.load import ConfigError, from_yaml
+from sweeps.config.load import Config, ConfigError, from_yaml
+from sweeps.config.schema import Section
 
 CONFIGS = Path(__file__).parents[3] / "configs"
+
+
+SECTIONS: dict[str, type[Section]] = {
+    name: field.annotation
+    for name, field in Config.model_fields.items()
+    if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
+}
 
 
 SHIPPED = sorted(CONFIGS.glob("*.yaml"))
