@@ -10,6 +10,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import pairwise, product
 from typing import Any
 
+import numpy as np
+
 from stickslip.options import NO_NOISE, STOCHASTIC, methods_for
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
@@ -312,36 +314,34 @@ def _refuse_unbounded_films(document: Document, config: Config) -> None:
     """Refuse points whose order parameter would grow without bound."""
     if not _unknown(document, config).isdisjoint(ENERGY_COEFFICIENTS):
         return
-    for values in _combinations(config, ENERGY_COEFFICIENTS):
-        if growth := unbounded(*values):
+    for signs in _signs(config, ENERGY_COEFFICIENTS):
+        if growth := unbounded(*signs):
             given = filter(None, map(document.path_of, ENERGY_COEFFICIENTS))
             path = next(given)  # the defaults are bounded
             document.refuse(f"{growth}: the order parameter would grow without bound", *path)
             return
 
 
-def _combinations(config: Config, names: Collection[str]) -> set[tuple[float, ...]]:
-    """Return the values that these parameters take together at any point."""
+def _signs(config: Config, names: Collection[str]) -> Iterator[tuple[float, ...]]:
+    """Yield the signs, -1, 0 or 1, that these parameters have together at any point."""
     linked = [name for name in names if name in config.cases]
     free = [name for name in names if name not in linked]
+    signs = {name: np.sign(config.values(name)).tolist() for name in names}
     # Cases of unequal length are refused already.
-    together = zip(*(config.cases[name] for name in linked), strict=False) if linked else [()]
-    found = set()
-    for values in product(set(together), *(set(config.values(name)) for name in free)):
-        by_name = dict(zip((*linked, *free), (*values[0], *values[1:]), strict=True))
-        found.add(tuple(by_name[name] for name in names))
-    return found
+    together = set(zip(*(signs[name] for name in linked), strict=False)) or {()}
+    for case, *others in product(together, *(set(signs[name]) for name in free)):
+        by_name = dict(zip((*linked, *free), (*case, *others), strict=True))
+        yield tuple(by_name[name] for name in names)
 
 
 def _refuse_frozen_start(document: Document, config: Config) -> None:
     """Refuse a point that starts at phi = 0 without noise: its film would stay liquid forever."""
-    names = ["initial_order_parameter", "noise_intensity"]
-    if config.noise.treatment == NO_NOISE:
-        del names[1]
+    start, noise = "initial_order_parameter", "noise_intensity"
+    names = [start] if config.noise.treatment == NO_NOISE else [start, noise]
     linked = [config.cases[name] for name in names if name in config.cases]
     are_zero = all(0 in config.values(name) for name in names)
     meet = not linked or (0,) * len(linked) in zip(*linked, strict=False)
-    if names[0] in _unknown(document, config) or not (are_zero and meet):
+    if start in _unknown(document, config) or not (are_zero and meet):
         return
     path = next(filter(None, map(document.path_of, names)), ("noise", "treatment"))
     document.refuse(

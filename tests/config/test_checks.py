@@ -113,6 +113,13 @@ def test_unusual_values_are_not_taken_for_another_unit(model: dict[str, float]) 
     assert not from_mapping({"model": model}).warnings
 
 
+def test_the_largest_grid_of_coefficients_is_judged_at_once() -> None:
+    axis = "{linspace: [1, 2], num: 1000}"
+    config = from_yaml(f"sweep: {{c: {axis}, d: {axis}, e: {axis}}}")
+    assert len(config.sweep) == 3
+    assert "grow without bound" in problems(f"sweep: {{c: {axis}, d: {axis}, e: [0, 1]}}")[0]
+
+
 def test_a_grid_that_is_too_large_is_not_judged_further(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sweeps.config.checks.MAX_POINTS", 3)
     (problem,) = problems("sweep: {d: [0, 1], e: [0, 1]}")
