@@ -147,7 +147,6 @@ def report(
     from sweeps.page import is_page_of_ours, require_bokeh
     from sweeps.page.document import page_of  # Bokeh takes long to import
 
-
     require_bokeh()
     page = output or file.with_name(file.name.removesuffix(".nc") + ".html")
     if page.suffix.lower() not in (".html", ".htm"):

@@ -19,8 +19,8 @@ from sweeps.charts.labels import parameters_along
 from sweeps.charts.missing import RESULT_STATUSES
 from sweeps.grid import CASE, DIRECTION
 from sweeps.human import counted
-from sweeps.points import Motion, motions
 from sweeps.page.turns import columns_of, drive_periods
+from sweeps.points import Motion, motions
 
 Numbers = NDArray[np.int64]
 
