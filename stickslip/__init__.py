@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     __version__: str
 
     from stickslip.derivatives import propagated, sensitivities
+    from stickslip.indices import sensitivity_indices
     from stickslip.options import NoiseError, OptionError, Options
     from stickslip.orbit import Orbit, stationary_orbit
     from stickslip.parameters import ParameterError, Parameters
@@ -35,6 +36,7 @@ _HOMES = {
     "phase_diagram": "stickslip.phases",
     "propagated": "stickslip.derivatives",
     "sensitivities": "stickslip.derivatives",
+    "sensitivity_indices": "stickslip.indices",
     "simulate": "stickslip.trajectory",
     "stationary_orbit": "stickslip.orbit",
     "stationary_orbits": "stickslip.points",
@@ -53,6 +55,7 @@ __all__ = [
     "phase_diagram",
     "propagated",
     "sensitivities",
+    "sensitivity_indices",
     "simulate",
     "stationary_orbit",
     "stationary_orbits",

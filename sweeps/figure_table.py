@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-Data = Literal["sweep", "trajectory", "phases", "fit"]
+Data = Literal["sweep", "trajectory", "phases", "fit", "indices"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,9 @@ class FigureEntry:
     @property
     def drawn(self) -> str:
         """A phrase for the data that it draws."""
-        return {"phases": "the phases of a film"}.get(self.data, f"a {self.data}")
+        return {"phases": "the phases of a film", "indices": "Sobol indices"}.get(
+            self.data, f"a {self.data}"
+        )
 
 
 _POSITIONS = ("upper_displacement", "lower_displacement")
@@ -69,5 +71,6 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
             "free_energy.landscape", "phases", ("equilibrium_strain", "ramped_order_parameter")
         ),
         "fit": FigureEntry("curves.fit", "fit", ("measured_value", "fitted_value")),
+        "indices": FigureEntry("indices.indices", "indices", ("first_order", "total_order")),
     }
 )

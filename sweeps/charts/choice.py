@@ -212,9 +212,11 @@ def _axes_of(ds: xr.Dataset) -> str:
 
 
 def data_of(ds: xr.Dataset) -> Data:
-    """Return the kind of a dataset: a trajectory, phases, a fit, or otherwise a sweep."""
+    """Return the kind of a dataset: a trajectory, phases, a fit, indices, or else a sweep."""
     if "fitted_value" in ds.variables:
         return "fit"
+    if "total_order" in ds.variables:
+        return "indices"
     if "free_energy" in ds.variables or "melting_temperature" in ds.variables:
         return "phases"
     return "trajectory" if "elapsed_time" in ds.variables else "sweep"

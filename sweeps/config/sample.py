@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, NamedTuple, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from stickslip.boxes import Range
 from sweeps.config.axes import Count, Pair
 from sweeps.config.group import Group
 from sweeps.config.numbers import full_name, whole
@@ -27,25 +28,6 @@ class Logarithmic(Group):
     example: ClassVar[str] = "{log: [low, high]}"
 
     log: Pair
-
-
-class Range(NamedTuple):
-    """The values between which a parameter is drawn, evenly or evenly in its logarithm."""
-
-    low: float
-    high: float
-    logarithmic: bool
-
-    def __str__(self) -> str:
-        return f"{'log ' if self.logarithmic else ''}[{self.low:.17g}, {self.high:.17g}]"
-
-    def values(self, unit: NDArray[np.float64]) -> tuple[float, ...]:
-        """Return the values at numbers in [0, 1)."""
-        if self.logarithmic:
-            drawn = self.low * (self.high / self.low) ** unit
-        else:
-            drawn = self.low + (self.high - self.low) * unit
-        return tuple(drawn.tolist())
 
 
 _PAIR = TypeAdapter(Pair)
@@ -113,7 +95,10 @@ class Sample(Group):
             unit = qmc.Sobol(width, rng=rng).random_base2(power)[: self.sobol]
         else:
             unit = qmc.LatinHypercube(width, rng=rng).random(self.latin_hypercube)
-        return {name: r.values(unit[:, i]) for i, (name, r) in enumerate(self.ranges.items())}
+        return {
+            name: tuple(r.values(unit[:, i]).tolist())
+            for i, (name, r) in enumerate(self.ranges.items())
+        }
 
     def __str__(self) -> str:
         """Return how the points were drawn, for the file."""

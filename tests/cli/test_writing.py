@@ -33,6 +33,13 @@ simulation: {periods: 1, samples_per_period: 50}
 """
 
 
+BOX_YAML = """\
+model: {gamma: 0}
+sample: {sobol: 4, temperature: [280, 300], k: [2e4, 1e5]}
+integrator: {rtol: 1e-4}
+"""
+
+
 class Verb(NamedTuple):
     """A command, the files that it writes, the main one first, and another command of their name.
 
@@ -62,6 +69,9 @@ VERBS = {
         "fit d.csv --free k=1e4:2e5 -o f.nc",
         ("f.nc", "f.yaml", "f.png", "f.pdf"),
         "--set K=2900",
+    ),
+    "sensitivity": Verb(
+        "sensitivity box.yaml -o i.nc", ("i.nc", "i.png", "i.pdf"), "--confidence 0.9"
     ),
     "plot": Verb("plot map.nc", ("map.png", "map.pdf"), "--log x", renews=True),
     "report": Verb("report map.nc --orbits 1", ("map.html",), "--at T=230", renews=True),

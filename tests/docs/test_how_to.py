@@ -126,6 +126,14 @@ def test_loss_and_storage(run_page: Page) -> None:
     assert Path("results/loop.png").is_file()
 
 
+@pytest.mark.slow
+def test_which_parameter_matters(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+    ds = run_page("which-parameter-matters")["ds"]
+    assert str(ds.parameter[ds.total_order[0].argmax()].values) == "viscosity_coefficient"
+    assert "64 of 64 base points used" in capsys.readouterr().out
+    assert Path("results/box-sensitivity.png").is_file()
+
+
 @pytest.mark.stress
 def test_a_fit(run_page: Page) -> None:
     names = run_page("fit")

@@ -1,0 +1,231 @@
+"""Which parameter matters over a whole box: Sobol indices of results (global sensitivity).
+
+Results vary over the box. The first-order index of a parameter is the part of their variance that
+would go if it were known, the total index the part that would stay if all others were known. The
+estimators are those of Saltelli et al. (Comput. Phys. Commun. 181, 259, 2010), as in SciPy.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.boxes import BoxError, Design, box_of
+from stickslip.datasets import parameter_scalars
+from stickslip.options import options_for_orbits
+from stickslip.parameters import Parameters
+from stickslip.points import orbit_rows, places_of, rows_of
+from stickslip.regime import Regime
+from stickslip.variables import RESULT_COLUMNS, RESULTS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
+
+PARAMETER, RESULT, BOUND = "parameter", "result", "bound"
+"""The dimensions of indices: the varied parameters, the results, both ends of an interval."""
+
+LARGEST_MISSING = 0.02
+"""The share of base points without a result above which there are no indices, by default."""
+
+_REGIME = RESULT_COLUMNS.index("regime")
+
+# Results that differ by less, relative to the largest, are equal but for rounding.
+_EQUAL = 1e-12
+
+
+def sensitivity_indices(
+    box: Mapping[str, Any],
+    of: str | Iterable[str] = AMPLITUDES,
+    *,
+    base_points: int = 1024,
+    seed: int = 0,
+    confidence: float = 0.95,
+    largest_missing: float = LARGEST_MISSING,
+    **options: Any,
+) -> xr.Dataset:
+    """Return the Sobol indices of results over a box of parameters, with confidence intervals.
+
+    All (d + 2) n points of n base points and d varied parameters are computed in one call.
+
+    >>> box = {"T": (255, 300), "k": {"log": (2e4, 2e5)}, "gamma": 0}
+    >>> ds = sensitivity_indices(box, "friction_force_amplitude", base_points=64)
+    >>> str(ds.parameter[ds.total_order[0].argmax()].values)
+    'viscosity_coefficient'
+
+    Parameters
+    ----------
+    box
+        Parameters by name or symbol: a pair (low, high) for one that is drawn evenly between these
+        values, `{"log": (low, high)}` for one that is drawn evenly in its logarithm, a number for
+        one that is the same everywhere. They are drawn independently of each other.
+    of
+        Names of results, `variables.RESULTS`.
+    base_points
+        n, a power of 2.
+    seed
+        Of the scrambling of the sequence, and of the resampling for the intervals.
+    confidence
+        Of the intervals: BCa bootstrap over base points.
+    largest_missing
+        The share of base points that may be left out since one of their points has no result.
+    **options
+        Those of `stationary_orbit`.
+
+    Returns
+    -------
+    xarray.Dataset
+        `first_order` and `total_order` over `result` and `parameter`, with `first_order_interval`
+        and `total_order_interval`, which have a dimension `bound` besides; `mean` and
+        `standard_deviation` of each result, in its unit; `regime_share` of all points over
+        `regime`; the box as `low`, `high` and `logarithmic` over `parameter`. Indices are NaN for
+        a result that does not vary. Attributes tell how many base points were used.
+
+    Raises
+    ------
+    BoxError
+        No range, or one that is none; an unknown result; base points that are no power of 2; more
+        base points without a result than `largest_missing`.
+    ParameterError, TypeError, OptionError, NoiseError
+        As for `stationary_orbits`.
+    """
+    ranges, fixed = box_of(box)
+    results, chosen = results_named(of), options_for_orbits(**options)
+    design = Design.of(ranges, base_points, seed)
+    points: dict[str, Any] = {**design.points(), **fixed}
+    rows = orbit_rows(rows_of(places_of(points)), chosen)
+    ds = indices_of(
+        design, rows, results, seed=seed, confidence=confidence, largest_missing=largest_missing
+    )
+    varied = Parameters()._asdict() | fixed
+    constant = {name: value for name, value in varied.items() if name not in ranges}
+    return ds.assign_coords(parameter_scalars(constant))
+
+
+def results_named(of: str | Iterable[str]) -> list[str]:
+    """Return names of results as a list; raises BoxError."""
+    names = [of] if isinstance(of, str) else list(of)
+    unknown = [name for name in names if name not in RESULTS or name in ("status", "regime")]
+    if unknown or not names:
+        what = f"there is no result {', '.join(unknown)}" if unknown else "no result is named"
+        numbers = [name for name in RESULTS if name not in ("status", "regime")]
+        raise BoxError(f"of: {what}; there are {', '.join(numbers)}")
+    return names
+
+
+def indices_of(
+    design: Design,
+    rows: NDArray[np.float64],
+    results: list[str],
+    *,
+    seed: int = 0,
+    confidence: float = 0.95,
+    largest_missing: float = LARGEST_MISSING,
+) -> xr.Dataset:
+    """Return the indices of results from the result rows of a design, ((d + 2) n, columns)."""
+    import xarray as xr
+
+    if not 0.0 < confidence < 1.0:
+        raise BoxError(f"confidence must be between 0 and 1, not {confidence:g}")
+    shape = (len(design.box) + 2, -1)
+    outputs = np.stack([rows[:, RESULT_COLUMNS.index(r)].reshape(shape) for r in results])
+    used = np.asarray(np.isfinite(outputs).all(axis=(0, 1)))
+    _refuse_lost(used, largest_missing)
+    estimates = [
+        _estimate(np.compress(used, values, axis=1), confidence, np.random.default_rng(seed))
+        for values in outputs
+    ]
+    kept = rows.reshape(*outputs.shape[1:], -1)[:, used, _REGIME]
+    by_parameter, by_bound = (RESULT, PARAMETER), (RESULT, PARAMETER, BOUND)
+    ranges = list(design.box.values())
+    ds = xr.Dataset(
+        {
+            "mean": (RESULT, outputs[:, :2, used].mean(axis=(1, 2))),
+            "standard_deviation": (RESULT, outputs[:, :2, used].std(axis=(1, 2))),
+            "regime_share": ("regime", [float(np.mean(kept == code)) for code in Regime]),
+        },
+        coords={
+            RESULT: results,
+            PARAMETER: list(design.box),
+            BOUND: ["low", "high"],
+            "regime": [code.name.lower() for code in Regime],
+            "low": (PARAMETER, [r.low for r in ranges]),
+            "high": (PARAMETER, [r.high for r in ranges]),
+            "logarithmic": (PARAMETER, [r.logarithmic for r in ranges]),
+            "result_units": (RESULT, [RESULTS[name].units for name in results]),
+        },
+        attrs={
+            "base_points": used.size,
+            "base_points_without_result": int((~used).sum()),
+            "points": len(rows),
+            "confidence_level": confidence,
+            "seed": seed,
+        },
+    )
+    for place, order in enumerate(("first_order", "total_order")):
+        ds[order] = (by_parameter, np.array([e.indices[place] for e in estimates]))
+        ds[f"{order}_interval"] = (by_bound, np.array([e.intervals[place] for e in estimates]))
+        ds[order].attrs["long_name"] = f"{order.replace('_', '-')} Sobol index"
+        ds[f"{order}_interval"].attrs["long_name"] = f"confidence interval of {order}"
+    return ds
+
+
+def _refuse_lost(used: NDArray[np.bool_], largest_missing: float) -> None:
+    lost = int((~used).sum())
+    if lost > largest_missing * used.size or used.sum() < 2:
+        raise BoxError(
+            f"{lost} of {used.size} base points have a point without a result: more than "
+            f"{largest_missing:.3g} of them, so that the indices would be those of another box; "
+            "take a smaller box, more drive periods (max_periods), or a larger share"
+        )
+
+
+class _Estimate(NamedTuple):
+    """First and total indices (2, d), and their intervals (2, d, 2)."""
+
+    indices: NDArray[np.float64]
+    intervals: NDArray[np.float64]
+
+
+def _estimate(
+    values: NDArray[np.float64], confidence: float, rng: np.random.Generator
+) -> _Estimate:
+    """Return the indices of one result (d + 2, n); NaN where it does not vary."""
+    from scipy.stats import bootstrap
+
+    parameters = len(values) - 2
+    if np.ptp(values) <= _EQUAL * np.abs(values).max():
+        return _Estimate(np.full((2, parameters), np.nan), np.full((2, parameters, 2), np.nan))
+    # Without the mean: otherwise the variance of the estimate grows with it.
+    centred = values - values[:2].mean()
+    indices = saltelli(centred)
+    with warnings.catch_warnings():
+        # A parameter without any influence has the index 0 in each sample, and no interval.
+        warnings.filterwarnings("ignore", "The BCa confidence interval cannot be calculated")
+        warnings.filterwarnings("ignore", "invalid value", RuntimeWarning)
+        found = bootstrap(
+            (np.arange(values.shape[1]),),
+            lambda drawn: saltelli(centred[:, drawn]),
+            confidence_level=confidence,
+            vectorized=False,
+            rng=rng,
+        ).confidence_interval
+    intervals = np.stack([found.low, found.high], axis=-1)
+    return _Estimate(indices, np.where(np.isnan(intervals), indices[..., None], intervals))
+
+
+def saltelli(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return first and total indices (2, d) of values (d + 2, n) of mean 0: A, B, then mixtures.
+
+    Saltelli et al. (2010), Table 2, (b) and (f).
+    """
+    in_A, in_B, mixed = values[0], values[1], values[2:]
+    variance = np.var(values[:2])
+    first = np.mean(in_B * (mixed - in_A), axis=1) / variance
+    total = 0.5 * np.mean((in_A - mixed) ** 2, axis=1) / variance
+    return np.stack([first, total])

@@ -1,0 +1,104 @@
+"""Sobol indices over the box that a config samples: `stickslip sensitivity`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from stickslip.boxes import BoxError, Design
+from stickslip.datasets import parameter_scalars
+from stickslip.indices import LARGEST_MISSING, indices_of, results_named
+from sweeps.config.load import Config
+from sweeps.engine.in_memory import compute
+from sweeps.exits import ExpectedError
+from sweeps.files.attributes import add_provenance
+from sweeps.human import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_EXAMPLE = "sample: {sobol: 1024, temperature: [200, 280], k: {log: [2e4, 2e5]}}"
+
+
+class SensitivityError(ExpectedError, ValueError):
+    """A config or an option from which no indices follow; the message says what would help."""
+
+
+def indices(
+    config: Config,
+    of: Sequence[str],
+    *,
+    confidence: float = 0.95,
+    largest_missing: float = LARGEST_MISSING,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Return the indices of results over the box of `sample`, with the attributes of a file.
+
+    They are those of `stickslip.sensitivity_indices` for the same box. Raises SensitivityError.
+    """
+    try:
+        results, design = results_named(of), _design_of(config)
+        points = {name: tuple(values.tolist()) for name, values in design.points().items()}
+        rows = compute(
+            config.model_copy(update={"sample": None, "cases": points}), progress=progress
+        )
+        ds = indices_of(
+            design,
+            rows,
+            results,
+            seed=config.sample.seed if config.sample else 0,
+            confidence=confidence,
+            largest_missing=largest_missing,
+        )
+    except BoxError as error:
+        raise SensitivityError(str(error)) from None
+    constant = {n: v for n, v in config.parameters()._asdict().items() if n not in design.box}
+    box = ", ".join(f"{name} {limits}" for name, limits in design.box.items())
+    title = config.title or "Sensitivity of stationary amplitudes over a box"
+    return add_provenance(
+        ds.assign_coords(parameter_scalars(constant)), config, title, f"Sobol indices over {box}"
+    )
+
+
+def _design_of(config: Config) -> Design:
+    """Return the points of the box of a config; raises SensitivityError."""
+    sample = config.sample
+    if sample is None or not sample.sobol:
+        raise SensitivityError(
+            f"indices belong to a box that a Sobol sequence samples; write {_EXAMPLE}"
+        )
+    if config.sweep or config.follow:
+        key = "sweep" if config.sweep else "follow"
+        raise SensitivityError(
+            f"indices need parameters that vary independently over one box: leave out `{key}`, and "
+            "give each parameter a range in `sample`"
+        )
+    return Design.of(sample.ranges, sample.sobol, sample.seed)
+
+
+def summary_of(ds: xr.Dataset) -> str:
+    """Return the indices as a table for people, with what they rest on."""
+    used = ds.attrs["base_points"] - ds.attrs["base_points_without_result"]
+    percent = round(100 * ds.attrs["confidence_level"])
+    rows = f"{counted(ds.attrs['points'], 'point')}, {used} of {ds.attrs['base_points']}"
+    lines = [f"{rows} base points used; {percent} % intervals"]
+    shares = ds.regime_share[ds.regime_share > 0].sortby(ds.regime_share, ascending=False)
+    kinds = (f"{float(share):.1%} {share.regime.values!s}" for share in shares)
+    lines.append(f"motions: {', '.join(kinds)}")
+    width = max(len(str(name)) for name in ds.parameter.values)
+    for name in map(str, ds.result.values):
+        one = ds.sel(result=name)
+        lines += ["", f"{name:<{width}}  first order            total"]
+        order = one.total_order.fillna(0).argsort().values[::-1]
+        for parameter in map(str, ds.parameter.values[order]):
+            at = one.sel(parameter=parameter)
+            cells = (_cell(at[o], at[f"{o}_interval"]) for o in ("first_order", "total_order"))
+            lines.append(f"{parameter:<{width}}  {'  '.join(cells)}")
+    return "\n".join(lines)
+
+
+def _cell(index: xr.DataArray, interval: xr.DataArray) -> str:
+    if index.isnull():
+        return f"{'does not vary':<21}"
+    low, high = interval.values
+    return f"{float(index):5.2f} [{low:5.2f}, {high:5.2f}]"

@@ -1,0 +1,65 @@
+"""`stickslip sensitivity`: Sobol indices over the box of a config, as a file and a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.sweeps.commands import Command
+
+from stickslip import sensitivity_indices
+from sweeps.files.datasets import open_result
+
+BOX = """\
+model: {gamma: 0}
+sample: {sobol: 16, seed: 3, temperature: [280, 300], k: {log: [2e4, 1e5]}}
+integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4}
+"""
+
+
+def test_the_command_writes_what_the_function_returns(command: Command) -> None:
+    Path("box.yaml").write_text(BOX)
+    done = command("sensitivity", "box.yaml", "--of", "friction_force_amplitude", "-o", "i.nc")
+    assert done.code == 0, done.err
+    assert "64 points, 16 of 16 base points used; 95 % intervals" in done.out
+    assert "viscosity_coefficient" in done.out
+    assert "100.0% liquid" in done.out
+    assert Path("i.png").is_file()
+    written = open_result(Path("i.nc"))
+    known = sensitivity_indices(
+        {"T": (280, 300), "k": {"log": (2e4, 1e5)}, "gamma": 0},
+        "friction_force_amplitude",
+        base_points=16,
+        seed=3,
+        rtol=1e-4,
+        stationary_rtol=1e-4,
+    )
+    for name in known.data_vars:
+        np.testing.assert_array_equal(written[name], known[name], err_msg=str(name))
+    again = command("sensitivity", "box.yaml", "--of", "friction_force_amplitude", "-o", "i.nc")
+    assert again.code == 0
+    assert "complete, nothing to do" in again.err
+    plotted = command("plot", "i.nc", "-o", "again.svg")
+    assert plotted.code == 0, plotted.err
+
+
+@pytest.mark.parametrize(
+    ("changed", "arguments", "message"),
+    [
+        ("sweep: {T: [200, 250]}\n", (), "indices belong to a box that a Sobol sequence samples"),
+        (BOX + "sweep: {K: [500, 900]}\n", (), "leave out `sweep`"),
+        (BOX.replace("16", "20"), (), "power of 2"),
+        (BOX, ("--of", "force"), "no result force; there are elastic_stress_amplitude"),
+        (BOX, ("--confidence", "95"), "confidence must be between 0 and 1, not 95"),
+    ],
+)
+def test_what_gives_no_indices_is_refused(
+    command: Command, changed: str, arguments: tuple[str, ...], message: str
+) -> None:
+    Path("box.yaml").write_text(changed)
+    done = command("sensitivity", "box.yaml", *arguments)
+    assert done.code == 2, done.err
+    assert message in done.err
+    assert not Path("results").exists()
