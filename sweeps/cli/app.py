@@ -24,17 +24,16 @@ from typer.core import TyperGroup
 from sweeps.cli.fit import fit
 from sweeps.cli.pages import explore, report
 from sweeps.cli.pictures import figure, plot, replay, simulate
-from sweeps.cli.result_files import boundary, export, info
-from sweeps.cli.sensitivity import sensitivity
+from sweeps.cli.result_files import boundary, cite, export, info
 from sweeps.cli.shared import discard, stop_with, usage_errors
-from sweeps.cli.sweeps import check, merge, new, plan, schema, status, sweep
+from sweeps.cli.sweeps import check, merge, new, plan, schema, sensitivity, status, sweep
 from sweeps.exits import EXPECTED, Exit, code_of
 from sweeps.human import Messages, printable
 from sweeps.paths import path_of
 
 _SWEEPS = (new, sweep, plan, status, check)
 _MOTIONS = (simulate, replay, boundary, fit, sensitivity, explore)
-_FILES = (figure, plot, report, export, merge, schema, info)
+_FILES = (figure, plot, report, export, merge, schema, info, cite)
 _VERBS = {verb.__name__: verb for verb in (*_SWEEPS, *_MOTIONS, *_FILES)}
 
 

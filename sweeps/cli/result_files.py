@@ -1,4 +1,4 @@
-"""The verbs that take a result file: boundary, export, info."""
+"""The verbs that take a result file: boundary, export, info, cite."""
 
 from __future__ import annotations
 
@@ -135,3 +135,19 @@ def info(
         else:
             describe_file(ds)
     warn_of_seal(file)
+
+
+def cite(
+    file: Annotated[Path | None, typer.Argument(help="File whose methods to cite.")] = None,
+) -> None:
+    """Print BibTeX entries of the program and the paper, and of the methods that a file used."""
+    from sweeps.citations import bibtex
+
+    if file is None:
+        print(bibtex())
+        return
+    from sweeps.charts.choice import data_of
+    from sweeps.files.datasets import open_result, readable
+
+    with readable(file), open_result(file, whole=False) as ds:
+        print(bibtex(ds.attrs, data_of(ds)))

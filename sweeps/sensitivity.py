@@ -9,7 +9,7 @@ from stickslip.boxes import BoxError, Design
 from stickslip.datasets import parameter_scalars
 from stickslip.indices import LARGEST_MISSING, indices_of, results_named
 from sweeps.config.load import Config
-from sweeps.engine.in_memory import compute
+from sweeps.engine.run import compute
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import add_provenance
 from sweeps.human import counted
