@@ -6,7 +6,7 @@ import numpy as np
 
 from stickslip import Parameters
 from stickslip.kernels.euler_cromer.lanes import March
-from stickslip.kernels.plain_iteration.starts import write_starts, write_steps
+from stickslip.kernels.plain_iteration.march import write_starts, write_steps
 from stickslip.options import DEFAULTS
 
 FAST = {

@@ -48,7 +48,7 @@ def stochastic_walk(
 ) -> Any:
     """Return motions with stochastic noise; arguments as in `adaptive.driver.stochastic_walk`."""
     # Imported here since only stochastic films need it.
-    from stickslip.kernels.euler_cromer.stochastic_walk import make_stochastic_walk
+    from stickslip.kernels.euler_cromer.stochastic import make_stochastic_walk
 
     return make_stochastic_walk(points, starts, streams, options)
 

@@ -171,7 +171,7 @@ def _chance_of(family: Family) -> Chance:
     if not family.physics.chance:
         return NO_RANDOM_NUMBERS
     # Imported here since only stochastic films need it.
-    from stickslip.kernels.euler_cromer.random_signs import signs_in_lanes
+    from stickslip.kernels.euler_cromer.stochastic import signs_in_lanes
 
     return signs_in_lanes()
 
