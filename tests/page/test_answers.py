@@ -1,25 +1,33 @@
-"""What a page is told that asks for a point: the orbit as in Python, or why there is none."""
+"""The answers to requests of the page, and the summary of a point."""
 
 from __future__ import annotations
 
 import base64
 import json
+import re
 import threading
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from support.points import error_scales, row
+
+from stickslip import Orbit, Parameters, Status, stationary_orbit
+from sweeps.config.load import from_mapping
+from sweeps.page.answers import absolute_errors, amplitude_text, summary_html
+from sweeps.page.subject import ShownPoint, point_alone, point_of_result
+from sweeps.page.turns import Motion, compute
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
-from stickslip import Parameters, stationary_orbit
 from stickslip.kernels.interruption import check_interruption
 from stickslip.options import NOISE_TREATMENTS
 from sweeps.config.load import from_yaml
 from sweeps.page import answers as module
 from sweeps.page.answers import answer_lines, as_json
-from sweeps.page.subject import ShownPoint, subject_of_paper, subject_of_result
-from sweeps.page.turns import DRAWN, Motion, Turns
+from sweeps.page.subject import subject_of_paper, subject_of_result
+from sweeps.page.turns import DRAWN, Turns
 from sweeps.points import point_of
 
 
@@ -130,3 +138,104 @@ def test_a_later_request_of_the_tab_makes_the_older_void(monkeypatch: pytest.Mon
         asked.set()
         thread.join(60)
     assert lines[-1] == "void"
+
+
+# --- the summary of a point -----------------------------------------------------------------------
+
+
+def shown_point(config: dict[str, object] | None = None, **changes: float) -> ShownPoint:
+    settings = from_mapping({"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}})
+    settings = from_mapping(config) if config is not None else settings
+    return point_alone(settings, Parameters(**changes))
+
+
+def words(html: str) -> str:
+    return re.sub(r"\s+", " ", re.sub("<[^>]+>", " ", html))
+
+
+def test_amplitudes_have_the_digits_that_are_known():
+    name = "elastic_stress_amplitude"
+    assert amplitude_text(name, 4.304778e6, 4.3e6 * 3e-8) == "4.304778 MPa"
+    assert amplitude_text(name, 4.304778e6, 4.3e6 * 2e-3) == "4.3 MPa"
+    assert amplitude_text("friction_force_amplitude", 2.8e-3, 0.0) == "2.800000 mN"
+    assert amplitude_text(name, 3e-16, 0.5) == "below 5.0\u00a0×\u00a010<sup>−7</sup> MPa"
+    assert amplitude_text(name, float("nan"), 1.0) == "—"
+
+
+def test_errors_of_small_amplitudes_are_relative_to_the_springs():
+    orbit = stationary_orbit(Parameters(temperature=330.0), rtol=1e-4)
+    errors = absolute_errors(orbit, Parameters(temperature=330.0))
+    stress, force = (scale.item() for scale in error_scales(row(temperature=330.0)))
+    assert errors["elastic_stress_amplitude"] == pytest.approx(orbit.amplitude_error * stress)
+    larger = max(orbit.friction_force_amplitude, force)
+    assert errors["friction_force_amplitude"] == pytest.approx(orbit.amplitude_error * larger)
+
+
+def test_a_point_is_told_with_regime_and_status():
+    motion = compute(shown_point())
+    orbit, told = motion.orbit, words(summary_html(motion))
+    assert isinstance(orbit, Orbit)
+    assert "stick-slip, symmetric . The film melts and freezes" in told
+    assert "ok . The stationary orbit was reached and measured." in told
+    assert f"{orbit.elastic_stress_amplitude / 1e6:.3g}" in told
+    assert f"Floquet multiplier |μ| {orbit.floquet_multiplier:#.3g}" in told
+    assert motion.courses is not None
+    assert motion.courses.sizes["elapsed_time"] == 2001
+
+
+def test_energy_and_harmonics_are_told_with_their_units():
+    motion = compute(shown_point({}))
+    orbit, told = motion.orbit, words(summary_html(motion))
+    assert isinstance(orbit, Orbit)
+    assert f"energy dissipated per period {1e9 * orbit.dissipated_energy:#.3g} ± " in told
+    assert told.count(" ± ") == 3
+    errors = re.findall(r"± (\d\.\d) × 10 − ?(\d+) (nJ|mN)", told)
+    assert [unit for _, _, unit in errors] == ["nJ", "mN", "mN"], told
+    mantissa, power, _ = errors[0]
+    error = float(f"{mantissa}e-{power}")
+    assert error == pytest.approx(1e9 * orbit.dissipated_energy_error, rel=0.06)
+    out_of_phase = orbit.dissipated_energy / (np.pi * 0.8e-6)
+    assert f"force in phase with its velocity F″ {1e3 * out_of_phase:#.3g} ± " in told
+    assert "mean of |F|" in told
+
+
+def test_what_fails_is_told_in_its_sentence_and_the_start_is_drawn():
+    motion = compute(shown_point({"stationary": {"max_periods": 1}}))
+    told = words(summary_html(motion))
+    assert Status.NOT_STATIONARY.sentence.replace("`", "") in told
+    assert "Drawn is the motion from its start." in told
+    assert "—" in told
+    assert motion.courses is not None
+
+
+def test_a_film_that_could_never_freeze_is_told():
+    config = from_mapping({"noise": {"treatment": "none"}, "model": {"phi_0": 0.5}})
+    motion = compute(point_alone(config, Parameters()))
+    assert motion.orbit is None
+    assert words(summary_html(motion)).strip().startswith("Initial_order_parameter (phi_0) = 0")
+
+
+def test_an_error_that_nobody_expected_is_a_sentence(monkeypatch: pytest.MonkeyPatch):
+    def fail(*_: object) -> None:
+        raise RuntimeError("no <b>luck</b>")
+
+    monkeypatch.setattr("sweeps.page.turns.periods_of", fail)
+    told = summary_html(compute(shown_point()))
+    assert "Unexpected RuntimeError: no &lt;b&gt;luck&lt;/b&gt;" in told
+
+
+def test_a_point_of_a_file_is_compared_with_it(result: xr.Dataset):
+    place = {"temperature": 2, "spring_stiffness": 7}
+    point = point_of_result(result, place)
+    assert "The same numbers as in the file" in words(summary_html(compute(point)))
+    stored = {**point.point.stored, "friction_force_amplitude": 0.5}
+    changed = replace(point, point=replace(point.point, stored=stored))
+    told = words(summary_html(compute(changed)))
+    assert "Not as in the file: friction_force_amplitude is 0.5 in the file." in told
+    pending = replace(point, point=replace(point.point, stored={"status": Status.PENDING}))
+    assert "has not computed this point yet" in words(summary_html(compute(pending)))
+
+
+def test_nothing_is_said_where_nothing_was_computed():
+    html = summary_html(Motion(shown_point(), trouble="No <luck>."))
+    assert html == '<p class="trouble">No &lt;luck&gt;.</p>'

@@ -1,4 +1,4 @@
-"""Which points have their orbit in a page, and which of these stands for another point."""
+"""Which points have their orbit in a page, which orbit is nearest, and how it is thinned."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from scipy.stats import qmc
 from support.pictures import failed, random_cases, sweep
 
 from stickslip.status import Status
-from sweeps.page.chosen_orbits import chosen_points, nearest_chosen, start_along
+
+pytest.importorskip("bokeh", reason="bokeh is not installed")
+
+from sweeps.page.chosen_orbits import chosen_points, nearest_chosen, start_along, thinned
 
 T, K = np.linspace(150.0, 320.0, 30), np.linspace(500.0, 5000.0, 20)
 
@@ -105,3 +108,16 @@ def test_among_cases_in_no_order_the_nearest_has_similar_parameters():
     distances = np.linalg.norm(scaled[:, None] - scaled[chosen], axis=-1)
     alike = ds.drop_vars("regime")
     assert nearest_chosen(alike, chosen).tolist() == distances.argmin(axis=1).tolist()
+
+
+# --- courses --------------------------------------------------------------------------------------
+
+
+def test_lines_between_the_kept_samples_miss_no_curve():
+    time = np.linspace(0.0, 1.0, 4001)
+    heights = np.stack([np.sin(20 * time), np.where(time < 0.3, 0.0, 5.0), np.zeros_like(time)])
+    kept = thinned(np.stack([time, *heights]))
+    assert 20 < kept.size < 1000
+    for height in heights:
+        missed = np.abs(np.interp(time, time[kept], height[kept]) - height).max()
+        assert missed <= 1e-3 * max(np.ptp(height), 1e-300)

@@ -1,0 +1,224 @@
+"""What the page is of: nothing, a config, a result; its points as texts and addresses."""
+
+from __future__ import annotations
+
+import itertools
+import shlex
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip import Parameters
+from stickslip.variables import PARAMETERS
+from sweeps import run
+from sweeps.config.load import Config, ConfigError, from_mapping, from_yaml
+from sweeps.engine.settings import options_of
+from sweeps.page.controls import Scale
+from sweeps.page.subject import (
+    changes_of,
+    command_text,
+    config_text,
+    place_of,
+    point_alone,
+    point_of_address,
+    point_of_result,
+    subject_of_config,
+    subject_of_paper,
+    subject_of_result,
+)
+from sweeps.points import PointError
+
+
+def test_nothing_is_the_papers_point():
+    subject = subject_of_paper()
+    assert subject.first.point.parameters == Parameters()
+    assert subject.first.label == "the paper's values"
+    assert subject.result is None
+    assert list(subject.scales) == list(PARAMETERS)
+
+
+def test_a_config_gives_values_and_ranges():
+    config = from_mapping(
+        {
+            "model": {"block_mass": 0.5},
+            "sweep": {"temperature": [150, 200, 300]},
+            "cases": {"drive_amplitude": [4e-7, 8e-7], "angular_frequency": [20, 10]},
+            "integrator": {"rtol": 1e-8},
+            "simulation": {"periods": 3},
+        }
+    )
+    subject = subject_of_config(config, "a.yaml")
+    expected = Parameters(
+        block_mass=0.5, temperature=200, drive_amplitude=4e-7, angular_frequency=20
+    )
+    assert subject.first.point.parameters == expected
+    assert subject.scales["temperature"] == Scale(150.0, 300.0)
+    assert (subject.scales["drive_amplitude"].lower, subject.name) == (4e-7, "a.yaml")
+    assert subject.first.config.integrator.rtol == 1e-8
+    assert subject.first.point.simulate(samples_per_period=10).sizes["elapsed_time"] == 11
+
+
+def test_a_schedule_is_left_out():
+    config = from_mapping({"simulation": {"schedule": {"temperature": [200, 300]}}})
+    subject = subject_of_config(config, "a.yaml")
+    assert subject.first.config.simulation.schedule is None
+
+
+def test_another_method_is_replaced_and_told():
+    config = from_mapping({"integrator": {"method": "euler-cromer", "dt": 1e-9}})
+    subject = subject_of_config(config, "a.yaml")
+    assert subject.first.config.integrator.method == "adaptive"
+    assert subject.notes == ("This page computes with the method adaptive, not with euler-cromer.",)
+
+
+def test_a_result_opens_in_its_middle(result: xr.Dataset):
+    subject = subject_of_result(result, "a.nc", ("a note",))
+    assert subject.first.place == {"temperature": 4, "spring_stiffness": 4}
+    stiffness = result.spring_stiffness.values[4]
+    expected = Parameters(temperature=250, spring_stiffness=stiffness)
+    assert subject.first.point.parameters == expected
+    assert subject.first.label == "T = 250 K, K = 2000 N/m"
+    assert subject.scales["temperature"] == Scale(210.0, 290.0)
+    assert subject.scales["spring_stiffness"].logarithmic
+    assert subject.notes == ("a note",)
+    assert subject.result is result
+
+
+def test_a_fit_opens_on_its_curve(result: xr.Dataset):
+    """Its data and parameters have dimensions of their own."""
+    curve = result.isel(spring_stiffness=4)
+    fitted = curve.assign(
+        fitted_value=("datum", np.ones(3)), parameter_value=("free_parameter", np.ones(2))
+    )
+    subject = subject_of_result(fitted, "fit.nc")
+    assert subject.first.place == {"temperature": 4}
+    assert subject.first.point.parameters.temperature == 250
+    assert dict(subject.result.sizes) == {"temperature": 9}
+
+
+def test_a_single_point_has_no_chart():
+    alone = run({"model": {"temperature": 250}, "integrator": {"rtol": 1e-4}})
+    subject = subject_of_result(alone, "a.nc")
+    assert subject.result is None
+    assert subject.first.point.parameters == Parameters(temperature=250)
+
+
+def test_a_stack_without_a_coordinate_opens_by_numbers(result):
+    bare = xr.concat([result.reset_coords(drop=True)] * 2, "film")
+    assert subject_of_result(bare, "a.nc").first.label == "film 1, T = 250 K, K = 2000 N/m"
+
+
+def test_what_is_no_result_is_refused():
+    with pytest.raises(PointError, match="no result of a sweep"):
+        subject_of_result(xr.Dataset({"x": ("t", np.zeros(3))}), "a.nc")
+
+
+# --- a point as text to copy ----------------------------------------------------------------------
+
+ODD = Parameters(
+    temperature=1730 / 7,
+    rheological_index=2 / 3,
+    drive_amplitude=-0.4e-6,
+    viscosity_coefficient=12345.678901234567,
+)
+
+
+def point(config: Config | None = None, parameters: Parameters = ODD):
+    return point_alone(config or from_mapping({}), parameters)
+
+
+def changed() -> Config:
+    """A config with all settings of the page changed."""
+    settings = ("integrator.rtol=1e-8", "stationary.rtol=1e-8", "noise.treatment=none")
+    return from_mapping({"model": {"initial_order_parameter": 0.5}}, overrides=list(settings))
+
+
+def of_command(text: str) -> Config:
+    """The config that a command asks for."""
+    words = shlex.split(text)
+    assert words[:2] == ["stickslip", "simulate"]
+    sets = [after for word, after in itertools.pairwise(words) if word == "--set"]
+    periods = words[words.index("--periods") + 1]
+    return from_yaml("{}", overrides=[*sets, f"simulation.periods={periods}"])
+
+
+@pytest.mark.parametrize("parameters", [Parameters(), ODD])
+@pytest.mark.parametrize("settings", [None, changed()], ids=["usual", "changed"])
+def test_both_texts_ask_for_the_same_numbers(parameters: Parameters, settings: Config | None):
+    if settings:
+        parameters = parameters._replace(initial_order_parameter=0.5)
+    shown_point = point(settings, parameters)
+    for config in (
+        from_yaml(config_text(shown_point, 3)),
+        of_command(command_text(shown_point, 3)),
+    ):
+        assert config.parameters() == parameters
+        assert options_of(config) == options_of(shown_point.config)
+        assert config.simulation.periods == 3
+        assert config.simulation.start == "stationary"
+
+
+def test_the_papers_point_is_said_in_few_words():
+    shown_point = subject_of_paper().first
+    assert (
+        command_text(shown_point)
+        == "stickslip simulate --set simulation.start=stationary --periods 1"
+    )
+    assert config_text(shown_point).startswith("model: {}\n")
+
+
+def test_a_followed_point_is_said_to_come_from_its_neighbour():
+    from sweeps import run
+
+    line = run({"sweep": {"omega": [10, 11]}, "follow": "omega", "integrator": {"rtol": 1e-4}})
+    first = point_of_result(line, {"angular_frequency": 0, "direction": 0})
+    second = point_of_result(line, {"angular_frequency": 1, "direction": 0})
+    assert "neighbour" not in config_text(first)
+    assert config_text(second).startswith("# In the file this point starts from")
+    assert from_yaml(config_text(second)).parameters() == Parameters(angular_frequency=11)
+
+
+# --- a point as the end of an address -------------------------------------------------------------
+
+
+def test_a_point_between_those_of_a_file():
+    config = from_mapping({"integrator": {"rtol": 1e-8}, "film": {"strain": "relaxing"}})
+    parameters = Parameters(temperature=1 / 3, rheological_index=-0.1, film_thickness=1.7e-9)
+    shown_point = point_alone(config, parameters)
+    assert place_of(shown_point, None) is None
+    again = point_of_address(changes_of(shown_point), None)
+    assert again.point.parameters == parameters
+    assert (again.config.integrator, again.config.film) == (config.integrator, config.film)
+
+
+def test_a_point_of_a_file(result: xr.Dataset):
+    shown_point = point_of_result(result, {"temperature": 2, "spring_stiffness": 7})
+    parts = place_of(shown_point, result)
+    assert parts is not None
+    assert parts["at.temperature"] == "230"
+    again = point_of_address(parts, result)
+    assert again.place == shown_point.place
+    assert again.point.parameters == shown_point.point.parameters
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"temprature": "1"}, "temprature is neither a parameter nor a setting"),
+        ({"drive.table": "secret.csv"}, "drive.table is neither a parameter nor a setting"),
+        ({"output": "a.nc"}, "output is neither"),
+        ({"T": "[200, 250]"}, "an address has one value of each parameter"),
+        ({"at.temperature": "250"}, "at.spring_stiffness is missing"),
+        ({"at.temperature": "9000", "at.spring_stiffness": "500"}, "goes from 210 to 290"),
+    ],
+)
+def test_what_it_refuses(parts: dict[str, str], message: str, result: xr.Dataset):
+    with pytest.raises(PointError, match=message.replace("[", r"\[")):
+        point_of_address(parts, result)
+
+
+@pytest.mark.parametrize("parts", [{"T": "-5"}, {"T": "warm"}, {"integrator.rtol": "2"}])
+def test_values_are_judged_as_in_a_config(parts: dict[str, str]):
+    with pytest.raises(ConfigError):
+        point_of_address(parts, None)
