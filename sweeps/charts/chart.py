@@ -86,7 +86,7 @@ def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator
 def _spread(line: xr.Dataset, name: str) -> Array | None:
     """Return the standard deviation between drive periods, where the value is a mean over them.
 
-    It is none of orbits of several periods, whose value is the largest: it is no band around that.
+    Orbits of several periods have none: their value is the largest, not the middle of a band.
     """
     own = f"{name}_spread"
     if own not in line or "orbit_periods" not in line:

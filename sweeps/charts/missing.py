@@ -61,7 +61,7 @@ def missing_points(ds: xr.Dataset, names: Sequence[str] = AMPLITUDES) -> xr.Data
 def missing_notes(
     ds: xr.Dataset, names: Sequence[str], mark: str, *, log: Collection[str] = ()
 ) -> list[str]:
-    """Sentences that count the points that are not drawn, by reason; none where all are.
+    """Return sentences that count the points not drawn, by reason; none if all are drawn.
 
     `log` names the variables that are drawn on a logarithmic scale.
     """

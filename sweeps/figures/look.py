@@ -1,4 +1,4 @@
-"""The options of a picture: how it is to look, what is chosen of a sweep, and what lies over it."""
+"""The options of a picture: its look, what is chosen of a sweep, and what is drawn over it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Range = tuple[float | None, float | None]
 
 @dataclass(frozen=True)
 class Look:
-    """The choices for a picture that leave what it shows as it is.
+    """Choices for a picture that do not change its content.
 
     `size` is in inches, all of the picture; `xlim`, `ylim` and `clim`, of the colours, are in the
     units shown, with None for an end that is left alone. `letters` names panels (a), (b), ...,
@@ -49,7 +49,7 @@ class Look:
     axes: Axes | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a size limits or letters that cannot be."""
+        """Raise ValueError for an impossible size, limits or letters."""
         for name in ("size", "xlim", "ylim", "clim"):
             pair = getattr(self, name)
             if pair is not None and (not isinstance(pair, Sequence) or len(pair) != 2):
@@ -67,7 +67,7 @@ class Look:
 
     @property
     def frame(self) -> Frame:
-        """What drawing must know of it."""
+        """The part that drawing needs."""
         return Frame(self.size, self.note, self.axes)
 
 
@@ -92,7 +92,7 @@ def range_of(text: str) -> Range:
 
 
 def finish(figure: Figure, look: Look) -> None:
-    """Give a picture that is drawn its limits, letters and title.
+    """Set the limits, letters and title of a picture.
 
     Raises ValueError for limits that a logarithmic scale does not have.
     """
@@ -119,7 +119,7 @@ def finish(figure: Figure, look: Look) -> None:
 
 
 def _require_positive(name: str, limits: Range, *, logarithmic: bool) -> None:
-    """Raise ValueError where limits, of which a logarithmic scale has positive ones, are not."""
+    """Raise ValueError for limits of a logarithmic scale that are not positive."""
     for end in limits:
         if logarithmic and end is not None and end <= 0.0:
             raise ValueError(f"{name} on a logarithmic scale must be greater than 0, not {end:g}")
@@ -138,7 +138,7 @@ class PlotOptions(Choice):
 
     @property
     def asks(self) -> bool:
-        """True if anything is chosen of what is to be drawn."""
+        """True if any option chooses what is drawn."""
         return bool(self.variable) or bool(self.at) or self.asks_for_axes
 
     @property

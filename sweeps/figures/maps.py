@@ -52,7 +52,7 @@ def shades_of(colours: Colours) -> dict[str, Any]:
 
 
 def legend_of(colours: Colours) -> list[Line2D]:
-    """Return a square and a name for each kind; nothing for numbers, which have a scale."""
+    """Return a square and a name for each kind; nothing for numbers, which have a colour bar."""
     if not colours.is_named:
         return []
     squares = zip(colours.kinds, colours.names, strict=True)

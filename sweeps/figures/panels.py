@@ -21,7 +21,7 @@ _TALLEST = 9.0  # inches: of a page
 
 
 class Panel(NamedTuple):
-    """A panel, the slice that it shows, and of which variable."""
+    """A panel, and the slice and variable that it shows."""
 
     axes: Axes
     dataset: xr.Dataset
@@ -29,7 +29,7 @@ class Panel(NamedTuple):
 
 
 class Panels(NamedTuple):
-    """The panels of a figure, all that they show, and what is to be said of facets left out."""
+    """The panels of a figure, all that they show, and notes on the facets left out."""
 
     figure: Figure
     panels: list[Panel]

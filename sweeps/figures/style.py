@@ -209,7 +209,7 @@ class _LogFormatter(LogFormatterSciNotation):
     """Plain numbers where an axis spans less than two decades of usual ones: 200, not 2 x 10^2."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
-        """Return the text of a tick; empty where matplotlib would leave it out."""
+        """Return the text of a tick; empty if matplotlib would omit it."""
         text = super().__call__(x, pos)
         low, high = sorted(self.axis.get_view_interval())  # type: ignore[union-attr] # it has one
         usual = low >= 1e-3 and high < min(1e5, 100.0 * low)
@@ -333,7 +333,7 @@ def _entitle(legend: Legend, title: str, size: Any) -> None:
 
 
 def has_small_print() -> bool:
-    """Tell whether notes have a place, as they have not in given axes."""
+    """Tell whether notes are shown; given axes have no place for them."""
     return _frame.get().axes is None
 
 

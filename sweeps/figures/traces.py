@@ -363,7 +363,7 @@ def _draw_map(axes: Axes, ds: xr.Dataset) -> None:
 
 
 def _settled(x: Array, v: Array) -> int | None:
-    """Return the period from which on all states are among the last few; None: there is none."""
+    """Return the first period after which all states are among the last few; None if never."""
     extent = max(np.ptp(x), 1e-300), max(np.ptp(v), 1e-300)
     last = slice(-min(_LAST, x.size), None)
     states = np.column_stack([x / extent[0], v / extent[1]])

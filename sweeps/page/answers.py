@@ -1,6 +1,6 @@
 """The answer to a request of the page: the motion at a point, its numbers and its summary.
 
-It is a line of JSON for each thing that is to be told: what is waited for, then the motion.
+It consists of lines of JSON: what the page is waiting for, then the motion.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ TAB, NUMBER = "tab", "number"
 def answer_lines(
     parts: Mapping[str, str], subject: Subject, turns: Turns
 ) -> Iterator[dict[str, Any]]:
-    """Yield what a page is told that asks for a point: its state, and in the end what was found.
+    """Yield the answers to a page that asks for a point: its state and, at the end, the result.
 
     The `state` is waiting, compiling or computing; then done, refused (with sentences), or void,
     where a later request of the same tab has arrived.
@@ -105,7 +105,7 @@ def point_data(shown_point: ShownPoint, result: xr.Dataset | None) -> dict[str, 
 
 
 def _motion_data(motion: Motion) -> dict[str, Any]:
-    """Return what is drawn of a motion and said of it."""
+    """Return the courses of a motion, its numbers and the texts about it."""
     orbit, shown_point = motion.orbit, motion.shown_point
     periods = periods_of(orbit) if orbit and orbit.status.is_result else 1
     numbers = shown_point.point.parameters._asdict()

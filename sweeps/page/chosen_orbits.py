@@ -45,7 +45,7 @@ def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
 
 
 def start_along(ds: xr.Dataset, dim: str) -> int:
-    """Return where to look first: at the paper's value, or in the middle of an axis without it."""
+    """Return the index at which the page opens: the paper's value, or the middle of the axis."""
     values, usual = ds[dim].values, PARAMETERS[dim].default if dim in PARAMETERS else np.nan
     if dim in PARAMETERS and values.min() <= usual <= values.max():
         return int(np.argmin(np.abs(values - usual)))
@@ -74,14 +74,14 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
 
 
 def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
-    """Return at most `most` of some numbers, or pairs of them, evenly chosen."""
+    """Return at most `most` evenly chosen numbers, or pairs of them."""
     if len(numbers) <= most:
         return numbers
     return numbers[np.linspace(0, len(numbers) - 1, most).round().astype(np.int64)]
 
 
 def _boundaries(ds: xr.Dataset) -> list[Numbers]:
-    """Return for each kind of boundary the pairs (n, 2) of neighbours on its two sides."""
+    """Return the pairs (n, 2) of neighbours on both sides of each kind of boundary."""
     if "regime" not in ds:
         return []
     # Points are neighbours along the long axes, or along all where none is.
@@ -138,7 +138,7 @@ def _drawn(free: NDArray[np.bool_], most: int) -> Numbers:
 def nearest_chosen(ds: xr.Dataset, chosen: Numbers) -> NDArray[np.uint16]:
     """Return for every point, in C order, which of the chosen ones of its kind is nearest.
 
-    Of all of them where none is of its kind.
+    If no chosen point is of its kind, the nearest of all.
     """
     from scipy.spatial import KDTree  # of no use to pages without orbits
 
@@ -245,10 +245,10 @@ def _sentence(motion: Motion) -> str:
 def thinned(
     columns: NDArray[np.float64], tolerance: float = 1e-3, most: int = 6000
 ) -> NDArray[np.int64]:
-    """Return samples (n,) of which straight lines between the chosen ones give columns (m, n).
+    """Return the indices of samples between which straight lines reproduce the columns (m, n).
 
-    No column is missed by more than `tolerance` of its range, unless that takes more than about
-    `most` samples. The first column, the time, is what lies across.
+    The error of a column is at most `tolerance` of its range, unless that takes more than about
+    `most` samples. The first column, the time, is the abscissa.
     """
     across, heights = columns[0], columns[1:]
     spans = np.ptp(heights, axis=1)

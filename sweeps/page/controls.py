@@ -39,7 +39,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 GROUPS["Free energy, kinetics, noise"] = tuple(
     name for name in PARAMETERS if not any(name in group for group in GROUPS.values())
 )
-"""The parameters by group; the last group has all that no other one names."""
+"""The parameters by group; the last group has the rest."""
 
 _TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 
@@ -68,7 +68,7 @@ def _row(name: str) -> str:
 
 
 def _menus(config: Config) -> Iterable[tuple[str, str, tuple[str, ...]]]:
-    """Yield the key of each setting, its label and its values; of one value there is no choice."""
+    """Yield the key, label and values of each setting that has more than one value."""
     rtol = exact_text(config.integrator.rtol)
     tolerances = dict.fromkeys([*map(exact_text, _TOLERANCES), rtol])
     yield "integrator.rtol", "tolerance (rtol), also of stationarity", tuple(tolerances)
@@ -104,7 +104,7 @@ def settings_of(config: Config) -> dict[str, str]:
 
 
 def complaint_of(name: str, text: str) -> str | None:
-    """Return why a text is no value of a parameter, as a sentence; None where it is one."""
+    """Return why a text is not a valid value of a parameter, as a sentence; None if it is."""
     try:
         value = read_number(text)
     except ValueError as error:
@@ -114,7 +114,7 @@ def complaint_of(name: str, text: str) -> str | None:
 
 
 def read_number(text: str) -> float:
-    """The number in a text as of `--set`; raises ValueError with the end of a sentence."""
+    """Return the number in a text, as of `--set`; raises ValueError with the end of a sentence."""
     try:
         return float(text) + 0.0
     except ValueError:
@@ -179,7 +179,7 @@ _SCALES = {
 
 
 def scale_of(name: str) -> Scale:
-    """The slider of a parameter; of one without a range of its own, from its default."""
+    """Return the slider of a parameter; without a range of its own it is made from the default."""
     if name in _SCALES:
         return _SCALES[name]
     parameter = PARAMETERS[name]

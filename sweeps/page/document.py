@@ -1,4 +1,4 @@
-"""From a result to the text of its page: one file, with its scripts and styles inside of it."""
+"""From a result to the text of its page: one file that contains its scripts and styles."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ MODULES = (
     *("data", "charts", "words", "motion", "blocks"),
     *("address", "look", "controls", "server", "start"),
 )
-"""The modules of the script, each of which uses those before it and is begun by the last."""
+"""The modules of the script: each uses those before it, and the last one starts them."""
 
 _NUMBER = re.compile(r'(?<="id":)"p\d+"')
 
@@ -151,7 +151,7 @@ def page_of(
 
 
 def served(subject: Subject) -> bytes:
-    """Return the HTML of the page that asks the process which serves it for orbits."""
+    """Return the page that asks the process serving it for orbits."""
     result, data, hosts = subject.result, dict(_EMPTY), dict[str, Model]()
     parts = dict.fromkeys(_PARTS, "")
     if result is not None:
@@ -175,7 +175,7 @@ def served(subject: Subject) -> bytes:
 
 
 def _part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str]:
-    """Return the points of a result that the page is of, and where they are; raises ReportError."""
+    """Return the points of a result for the page, and where they are; raises ReportError."""
     if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
         raise ReportError(
             f"{name} holds no result of a sweep, of which a page is made; `stickslip plot` draws "
@@ -209,7 +209,7 @@ def _refuse_other_borders(part: xr.Dataset, borders: xr.Dataset) -> None:
 
 
 def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:
-    """Return what may make the orbits of the page differ from the numbers of the file."""
+    """Return a warning if other versions may make the orbits differ from those of the file."""
     if not chosen.size:
         return []
     (place,) = places_of(ds, chosen[:1])
@@ -316,7 +316,7 @@ def _facts(
 
 
 def _hints(orbits: str, *, with_orbits: bool) -> dict[str, str]:
-    """Return what the reader is told of keys and orbits, and whether there are any of these."""
+    """Return the hints on keys and orbits, and the classes that hide what there is no orbit for."""
     hint = "Point to see the numbers of a point; click or tap to pin it"
     keys = (
         "Arrow keys move the pin, Esc releases it. The address of the page links to what it shows."
@@ -333,7 +333,7 @@ def _hints(orbits: str, *, with_orbits: bool) -> dict[str, str]:
 
 
 def _options(texts: Mapping[str, str]) -> str:
-    """Return the options of a menu, by what they are called in the address of the page."""
+    """Return the options of a menu; the keys are their names in the address of the page."""
     lines = (f'<option value="{key}">{escape(text)}</option>' for key, text in texts.items())
     return "".join(lines)
 
@@ -391,8 +391,8 @@ def script() -> str:
 def _library() -> str:
     """Return BokehJS, as one script.
 
-    It tells the console of what goes wrong alone: Bokeh tells it of each of its steps too, and
-    of the level of its log.
+    It writes only warnings to the console: Bokeh would also write each of its steps, and the
+    level of its log.
     """
     text = "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw)
     text = text.replace('Bokeh.set_log_level("info");', 'Bokeh.logger.set_level("warn");')

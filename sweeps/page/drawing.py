@@ -127,12 +127,12 @@ CROSSES = 0.97
 
 
 def draw(chart: Chart, height: int, mapper: ColorMapper) -> figure:
-    """Return the figure of a chart, whose values the script of the page puts in.
+    """Return the figure of a chart without its values, which the script of the page inserts.
 
     It finds them by the names of the renderers: `cells` of a map or of points; of curve 0
     `curve 0` with its points, `jumps 0` and `missing 0`; and `mark`, the ring around the point that
-    is open. What the colours are the page around it says, as they may change: the `mapper` has
-    them, except where they are those of kinds on which a variable depends.
+    is open. The colours are those of the `mapper`, which the script sets; only if a variable is the
+    height of points, these keep the colours of their own kinds. The page shows the legend.
     """
     if isinstance(chart, Cells):
         drawn = _draw_cells(chart, height, mapper)
@@ -293,7 +293,7 @@ def add_borders(drawn: figure, chart: Cells, borders: xr.Dataset) -> None:
 
 
 def _side(point: xr.Dataset, side: str) -> str:
-    """Return the kind of motion on one side, with its counts where the borders are of these."""
+    """Return the kind of motion on one side, and its counts if the file has them."""
     words = [code_name("regime", int(point[f"kind_{side}"]))]
     for count in _COUNTS:
         if f"{count}_{side}" in point:

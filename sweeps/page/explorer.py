@@ -27,7 +27,7 @@ def server_of(subject: Subject, port: int = 0) -> PageServer:
 
     turns = Turns()
 
-    text = cache(lambda: served(subject))  # whoever comes again gets the same
+    text = cache(lambda: served(subject))  # the same for every request
 
     def page(_: Query) -> Answer:
         headers = {"Content-Security-Policy": _FRAMES}

@@ -26,7 +26,7 @@ _LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes
 
 
 def failures_table(ds: xr.Dataset) -> str:
-    """Return a table of the points without a result: where, with which status, what that means."""
+    """Return a table of the points without a result: place, status and its meaning."""
     failed = failed_points(ds)
     if not failed.size:
         return "<p>Every point that was computed has a result.</p>"
@@ -80,7 +80,7 @@ def largest_error(ds: xr.Dataset) -> str:
 
 
 def fixed_parameters(ds: xr.Dataset) -> str:
-    """Return the parameters that are the same at all points; what is not the paper's stands out."""
+    """Return the parameters that are the same at all points, those not of the paper in bold."""
     items = []
     for name in PARAMETERS:
         if name in ds.coords and ds[name].size == 1:
@@ -121,7 +121,7 @@ def _text(text: str) -> str:
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of cells that are HTML already; the first of a row says what it is of."""
+    """Return a table of cells that are HTML already; the first cell of a row is its heading."""
     titles = "".join(f'<th scope="col">{title}</th>' for title in head)
     lines = [
         f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in others)}</tr>'

@@ -21,24 +21,24 @@ from sweeps.figure_table import AMPLITUDES
 from sweeps.grid import CASE, DIRECTION
 from sweeps.page.drawing import palette_of
 
-# What a reader looks at first.
+# The most important variables.
 _FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")
 
 
 def symbol_of(name: str) -> str:
-    """Return the symbol of a parameter; without one in plain letters it is called by its name."""
+    """Return the symbol of a parameter, or its name if the symbol has no plain letters."""
     symbol = plain(f"${PARAMETERS[name].tex}$") if name in PARAMETERS else name
     return name.replace("_", " ") if "_" in symbol else symbol
 
 
 def called(name: str) -> list[str]:
-    """Return what a quantity may be called in the address of the page: its name, and its symbol."""
+    """Return the names of a quantity in the address of the page: its name and its symbols."""
     known = PARAMETERS.get(name) or RESULTS.get(name)
     return [name, known.symbol, plain(f"${known.tex}$")] if known else [name]
 
 
 def variables_of(ds: xr.Dataset) -> dict[str, Colours]:
-    """Return the result variables and their colours, first those that a reader looks at first."""
+    """Return the result variables and their colours, the most important ones first."""
     known = [name for name in RESULTS if name in ds.data_vars]
     known.sort(key=lambda name: _FIRST.index(name) if name in _FIRST else len(_FIRST))
     return {name: colours_of(ds, name) for name in known}
@@ -51,7 +51,7 @@ def parameters_of(ds: xr.Dataset) -> list[str]:
 
 
 def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
-    """Return what is said of a parameter: its symbol, unit, axis, and names of its values."""
+    """Return the symbol, unit and axis of a parameter, and the names of its values."""
     coordinate = ds[name]
     dim = str(coordinate.dims[0])
     about: dict[str, Any] = {"name": name, "axis": list(ds["status"].dims).index(dim)}
@@ -69,7 +69,7 @@ def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
 
 
 def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
-    """Return what is said of a variable, and the ranges or kinds of its values."""
+    """Return the names, unit and legend of a variable, and the ranges or kinds of its values."""
     quantity, words = shown(trusted(ds, name)), name.replace("_", " ")
     # A symbol may be a word that says less than the name.
     is_word = plain(quantity.symbol).replace("_", " ") in words

@@ -64,7 +64,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Answer:
-    """What a request gets; an iterator is sent as it comes, its end told by closing.
+    """The answer to a request; an iterator is sent piece by piece, and closing marks its end.
 
     An empty piece sends nothing, but looks whether the client is still there; if it is gone, the
     iterator is closed, as a generator is.
@@ -123,11 +123,11 @@ class PageServer:
             self._close()
 
     def stop(self) -> None:
-        """Have `run` come to its end."""
+        """Make `run` return."""
         self._stopping.close()  # the other end of the pair hears it
 
     def run_in_background(self) -> threading.Thread:
-        """Serve in a thread, which is returned and keeps no process from ending."""
+        """Serve in a daemon thread, and return it."""
         thread = threading.Thread(target=self.run, daemon=True)
         thread.start()
         return thread
@@ -162,7 +162,7 @@ class PageServer:
         return self._stopped not in ready
 
     def _patience(self) -> float | None:
-        """Seconds until the oldest stranger has had its time; None where there is none."""
+        """Return the seconds until the oldest stranger times out; None if there is none."""
         oldest = next(iter(self._strangers.values()), None)
         return None if oldest is None else max(0.0, oldest.until - time.monotonic())
 
@@ -183,7 +183,7 @@ class PageServer:
             self._read(client)
 
     def _read(self, client: socket.socket) -> None:
-        """Take in what has arrived of the headers, never more; answer where they are whole."""
+        """Read what has arrived of the headers, and answer once they are complete."""
         received = self._strangers[client].received
         before = len(received)
         try:
@@ -202,7 +202,7 @@ class PageServer:
             self._refuse(client, 431, _LONG)
 
     def _answer(self, client: socket.socket, head: str) -> None:
-        """Have a thread answer what may be answered, and refuse the rest."""
+        """Answer an admitted request in a thread, and refuse any other."""
         try:
             request = _parsed(head)
             query = self._guard.admit(request)
@@ -335,7 +335,7 @@ class _Guard:
         return query
 
     def _is_right(self, tokens: list[str]) -> bool:
-        """Tell whether the token is right, in a time that does not depend on how much of it is."""
+        """Tell whether the token is right, in a time that does not depend on its letters."""
         return len(tokens) == 1 and secrets.compare_digest(tokens[0].encode(), self._token)
 
     def _is_own(self, request: _Request) -> bool:

@@ -1,7 +1,7 @@
 """The computation of a point for a page: in turn, its stationary orbit and the motion along it.
 
-Few compute at a time, and of each tab only its latest request. Compiled code cannot be stopped: who
-has begun asks `check` between its parts.
+Few compute at a time, and of each tab only its latest request. Compiled code cannot be stopped: a
+computation asks `check` between its parts.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from sweeps.points import periods_of
 if TYPE_CHECKING:
     import xarray as xr
 
-_TABS = 1000  # those that were not heard of for longest are forgotten
+_TABS = 1000  # the longest silent ones are forgotten
 _SAMPLES = 2000  # of a drive period
 _MOST_SAMPLES = 8000  # of all periods: more than a picture has pixels
 
@@ -68,8 +68,8 @@ class Turns:
         """Wait for a place, and hold it in the context; raises `Void` if there is no more need.
 
         The context has a check, which raises `Void` where a later request of the tab has arrived.
-        `on_wait` is called once if there is no place yet. It must be quick: who came later waits
-        for it.
+        `on_wait` is called once if there is no place yet. It must be quick: later requests wait for
+        it.
         """
 
         def check() -> None:
