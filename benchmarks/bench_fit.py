@@ -27,7 +27,7 @@ from sweeps.fitting.fitting import model_of
 from sweeps.fitting.refinement import PATIENCE
 from sweeps.measurements import read_data
 
-SETS, QUARTERS, SOME, FEW = 200, 4, 24, 2
+SETS, QUARTERS, FEW = 200, 4, 2
 SCENES, FEW_SCENES = 20, 1
 
 STARTS = ((5e4, -2 / 3), (1e5, -0.8), (5e4, 0.0), (2e4, -0.2))
@@ -39,7 +39,7 @@ WORSE = 1e-6
 # --- random sets, and four parameters -------------------------------------------------------------
 
 
-def random(quick: bool, first: int = 0, count: int = SOME) -> dict[str, Any]:
+def random(quick: bool, first: int, count: int) -> dict[str, Any]:
     """Fit `count` random sets from the `first` on; count what is wrong."""
     fit({"T": [200, 250, 300], "F_max": [3e-3, 2.5e-3, 2.4e-3]}, "k")  # compiled
     end = first + (FEW if quick else count)
@@ -170,7 +170,7 @@ RANDOM: dict[str, Part] = {
     f"random_{number + 1}": partial(random, first=number * QUARTER, count=QUARTER)
     for number in range(QUARTERS)
 }
-PARTS: dict[str, Part] = {"some": random, "starts": starts, "three": three, "four": four} | RANDOM
+PARTS: dict[str, Part] = {"starts": starts, "three": three, "four": four} | RANDOM
 
 if __name__ == "__main__":
     measure("fit", __doc__, PARTS, long=("four", *RANDOM))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from faults.arena import CONFIG, Tally, armed, begin, ended, undisturbed
 from sweeps.files.datasets import content_hash, open_result
 
-_QUIET = ("--no-progress",)
+_QUIET = "--no-progress"
 # Of a block with k = 7e4 Pa s^(1+gamma), within a percent.
 _MEASURED = """\
 T,F_max,F_max_error
@@ -30,32 +30,24 @@ stationary: {rtol: 1e-4}
 
 
 class Writer(NamedTuple):
-    """A command, the files that it writes, and how often it is killed."""
+    """The words of a command, the files that it writes, and how often it is killed."""
 
-    words: tuple[str, ...]
-    writes: tuple[str, ...]
+    words: str
+    writes: str
     kills: int
 
 
 WRITERS = {
-    "fit": Writer(
-        ("fit", "d.csv", "--free", "k=1e4:2e5", "-o", "f.nc", *_QUIET),
-        ("f.nc", "f.yaml", "f.png", "f.pdf"),
-        120,
-    ),
+    "fit": Writer(f"fit d.csv --free k=1e4:2e5 -o f.nc {_QUIET}", "f.nc f.yaml f.png f.pdf", 120),
     "boundary": Writer(
-        ("boundary", "map.nc", "--accuracy", "1e-2", "-o", "b.csv", *_QUIET),
-        ("b.csv", "b.columns.csv"),
-        60,
+        f"boundary map.nc --accuracy 1e-2 -o b.csv {_QUIET}", "b.csv b.columns.csv", 60
     ),
-    "simulate": Writer(
-        ("simulate", "a.yaml", "--set", "T=250", "-o", "s.nc", *_QUIET), ("s.nc",), 60
-    ),
-    "new": Writer(("new", "n.yaml"), ("n.yaml",), 60),
-    "merge": Writer(("merge", "1.nc", "2.nc", "-o", "whole.nc"), ("whole.nc",), 100),
-    "export": Writer(("export", "1.nc", "-o", "a.csv"), ("a.csv", "a.columns.csv"), 30),
-    "report": Writer(("report", "1.nc", "--orbits", "2", *_QUIET), ("1.html",), 30),
-    "figure": Writer(("plot", "1.nc", "-o", "a.png"), ("a.png",), 30),
+    "simulate": Writer(f"simulate a.yaml --set T=250 -o s.nc {_QUIET}", "s.nc", 60),
+    "new": Writer("new n.yaml", "n.yaml", 60),
+    "merge": Writer("merge 1.nc 2.nc -o whole.nc", "whole.nc", 100),
+    "export": Writer("export 1.nc -o a.csv", "a.csv a.columns.csv", 30),
+    "report": Writer(f"report 1.nc --orbits 2 {_QUIET}", "1.html", 30),
+    "figure": Writer("plot 1.nc -o a.png", "a.png", 30),
 }
 
 
@@ -77,7 +69,7 @@ def _results(folder: Path) -> list[Path]:
     (folder / "d.csv").write_text(_MEASURED)
     halves = [("a.yaml", f"{number}.nc", "--part", f"{number}/2") for number in (1, 2)]
     for config, output, *part in (*halves, ("map.yaml", "map.nc")):
-        undisturbed(folder, "sweep", config, "-o", output, *part, *_QUIET)
+        undisturbed(folder, "sweep", config, "-o", output, *part, _QUIET)
     return sorted([folder / "a.yaml", folder / "d.csv", *folder.glob("*.nc")])
 
 
@@ -85,16 +77,16 @@ def _kills(
     root: Path, writer: Writer, inputs: Sequence[Path], rng: random.Random, count: int
 ) -> Tally:
     tally, whole = Tally(), _folder(root / "whole", inputs)
-    took, expected = undisturbed(whole, *writer.words), _contents(whole, writer)
+    took, expected = undisturbed(whole, *writer.words.split()), _contents(whole, writer)
     for attempt in range(count if took.operations else 0):
         folder = _folder(root / str(attempt), inputs)
         if attempt % 2:
             number = rng.randint(1, took.operations)
             what = f"killed before operation {number}"
-            process = begin(folder, *writer.words, before=armed(number))
+            process = begin(folder, *writer.words.split(), before=armed(number))
         else:
             late = rng.uniform(0.0, 1.1 * took.seconds)
-            what, process = f"killed after {late:.3f} s", begin(folder, *writer.words)
+            what, process = f"killed after {late:.3f} s", begin(folder, *writer.words.split())
             time.sleep(late)
             process.kill()
         ended(folder, process)
@@ -111,12 +103,12 @@ def _verdict(
     begun = _contents(folder, writer)
     if any(has not in (None, whole) for has, whole in zip(begun, expected, strict=True)):
         return "wrong", "half a file has its name"
-    again = ended(folder, begin(folder, *writer.words))
+    again = ended(folder, begin(folder, *writer.words.split()))
     if again.code is None:
         return "hung", again.said[-300:]
     if again.code != 0 or _contents(folder, writer) != expected:
         return "wrong", f"exit code {again.code}: {again.said[-300:]}"
-    known = {*(path.name for path in inputs), *writer.writes}
+    known = {*(path.name for path in inputs), *writer.writes.split()}
     if left := {path.name for path in folder.iterdir()} - known:
         return "wrong", f"{', '.join(sorted(left))} left over"
     return "survived", ""
@@ -132,7 +124,7 @@ def _folder(where: Path, inputs: Sequence[Path]) -> Path:
 
 def _contents(folder: Path, writer: Writer) -> list[object]:
     """Return what the files hold that a command has written, without their times."""
-    return [_content(folder / name) for name in writer.writes]
+    return [_content(folder / name) for name in writer.writes.split()]
 
 
 def _content(path: Path) -> object:
