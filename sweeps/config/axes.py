@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter
 
 from sweeps.config.diagnostics import quoted
 from sweeps.config.group import Group
-from sweeps.config.numbers import Finite, whole
+from sweeps.config.numbers import Finite
 from sweeps.human import did_you_mean
 
 # Far above any sweep of this model, far below what would fill the memory.
@@ -20,7 +20,7 @@ MAX_VALUES = 1_000_000
 # Of a step: decides whether the stop of an arange is one of its values.
 _STOP_TOLERANCE = 1e-9
 
-Count = Annotated[int, Field(ge=1, le=MAX_VALUES), BeforeValidator(whole)]
+Count = Annotated[int, Field(ge=1, le=MAX_VALUES)]
 Pair = Annotated[list[Finite], Len(2, 2)]
 
 

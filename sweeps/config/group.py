@@ -11,11 +11,14 @@ from pydantic import (
     ConfigDict,
     ModelWrapValidatorHandler,
     ValidationError,
+    ValidationInfo,
+    field_validator,
     model_validator,
 )
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from sweeps.config.diagnostics import UNREADABLE, Document, Path, quoted
+from sweeps.config.numbers import number, whole
 from sweeps.human import did_you_mean
 
 # Pydantic's words and ours.
@@ -64,6 +67,18 @@ class Group(BaseModel):
                 if isinstance(inner, type) and issubclass(inner, Group):
                     found = [key] if key in inner.model_fields else []
                     yield from (f"{name}.{path}" for path in (*found, *inner._paths_to(key)))
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _as_written(cls, value: object, info: ValidationInfo) -> object:
+        """Return the number that is written for a key which holds one."""
+        kind = cls.model_fields[str(info.field_name)].annotation
+        kinds = get_args(kind) or (kind,)
+        if value is None and type(None) in kinds:
+            return None
+        if int in kinds:
+            return whole(value)
+        return number(value) if float in kinds else value
 
     @model_validator(mode="wrap")
     @classmethod

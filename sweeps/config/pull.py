@@ -29,7 +29,7 @@ class Drive(Group):
 
     example: ClassVar[str] = "{velocity: 2e-6} or {table: FILE.csv}"
 
-    velocity: Finite | None = Field(None, description="a constant velocity in m/s")
+    velocity: float | None = Field(None, description="a constant velocity in m/s")
     table: Text | None = Field(
         None,
         description="a CSV file with the columns `elapsed_time` [s] and `velocity` [m/s], of at "

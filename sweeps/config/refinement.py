@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 from stickslip.variables import canonical_name
 from sweeps.config.diagnostics import quoted
 from sweeps.config.group import Group
-from sweeps.config.numbers import Text, finite, whole
+from sweeps.config.numbers import Text, finite
 
 _MOST_LEVELS = 6
 _MOST_AXES = 3  # the cells of more have more corners than refinement saves points
@@ -57,9 +57,7 @@ class Refine(Group):
     )
 
     axes: Annotated[list[AxisName], Len(1, _MOST_AXES)] = Field(description="swept axes")
-    levels: Annotated[int, Field(ge=1, le=_MOST_LEVELS), BeforeValidator(whole)] = Field(
-        3, description="halvings of the spacing"
-    )
+    levels: int = Field(3, ge=1, le=_MOST_LEVELS, description="halvings of the spacing")
     where: Annotated[
         tuple[Condition, ...],
         AfterValidator(_with_regime),

@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     ConfigDict,
     Field,
     PlainValidator,
@@ -18,7 +17,7 @@ from pydantic import (
 from stickslip.boxes import Range
 from sweeps.config.axes import Count, Pair
 from sweeps.config.group import Group
-from sweeps.config.numbers import full_name, whole
+from sweeps.config.numbers import full_name
 
 
 class Logarithmic(Group):
@@ -67,9 +66,7 @@ class Sample(Group):
         None, description="points of a scrambled Sobol sequence, best a power of 2"
     )
     latin_hypercube: Count | None = Field(None, description="points of a Latin hypercube")
-    seed: Annotated[int, Field(ge=0), BeforeValidator(whole)] = Field(
-        0, description="seed of the random numbers"
-    )
+    seed: int = Field(0, ge=0, description="seed of the random numbers")
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:

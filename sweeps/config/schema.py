@@ -39,7 +39,7 @@ from stickslip.variables import BY_SYMBOL, OBSERVABLES, PARAMETERS, canonical_na
 from sweeps.config.axes import Axis
 from sweeps.config.diagnostics import PARAMETER_SECTIONS, quoted
 from sweeps.config.group import Group
-from sweeps.config.numbers import ParameterName, ResultName, Text, finite, number, whole
+from sweeps.config.numbers import ParameterName, ResultName, Text, finite
 from sweeps.config.pull import Drive
 from sweeps.config.refinement import AxisName, Refine
 from sweeps.config.sample import Sample
@@ -58,26 +58,24 @@ def _one_of(names: Iterable[str]) -> GetPydanticSchema:
     return GetPydanticSchema(lambda *_: literal_schema([*names]))
 
 
-def _range(option: str) -> Any:
-    """Return the range of an option of the integrators."""
-    limits = OPTIONS[option].range
-    return Field(
-        gt=limits.lower if limits.lower_open else None,
-        ge=None if limits.lower_open else limits.lower,
-        le=None if math.isinf(limits.upper) else limits.upper,
-    )
-
-
-def _option(option: str) -> Any:
+def _option(option: str, **other: Any) -> Any:
     """Return the field of an option of the integrators."""
-    return Field(OPTIONS[option].default, description=OPTIONS[option].meaning)
+    what = OPTIONS[option]
+    declared = {
+        "default": what.default,
+        "description": what.meaning,
+        "gt": what.range.lower if what.range.lower_open else None,
+        "ge": None if what.range.lower_open else what.range.lower,
+        "le": None if math.isinf(what.range.upper) else what.range.upper,
+    }
+    return Field(**declared | other)
 
 
 def _of_ensembles(option: str) -> Any:
     """Return the field of an option that counts for a stochastic film alone."""
     what = OPTIONS[option]
     description = f"{STOCHASTIC} only: {what.meaning}; by default {what.default}"
-    return Field(None, description=description, validate_default=True)
+    return _option(option, default=None, description=description, validate_default=True)
 
 
 def _belongs_to(key: str, *owners: str, default: Any = None) -> AfterValidator:
@@ -143,12 +141,6 @@ def _fixed(value: object) -> float:
     return finite(value)
 
 
-# Bounds come first: behind these they would be missing in the JSON Schema.
-_NUMBER, _WHOLE = BeforeValidator(number), BeforeValidator(whole)
-
-Tolerance = Annotated[float, _range("rtol"), _NUMBER]
-Count = Annotated[int, _range("max_periods"), _WHOLE]
-Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), _WHOLE]
 Line = Annotated[Text, AfterValidator(_not_blank)]
 
 
@@ -167,10 +159,10 @@ class Integrator(Section):
         DEFAULTS.method,
         description="; ".join(f"{name}: {method.meaning}" for name, method in METHODS.items()),
     )
-    rtol: Annotated[Tolerance, _of_method("rtol")] = _option("rtol")
-    dt: Annotated[float, _range("dt"), _NUMBER, _of_method("dt")] = _option("dt")
-    max_steps: Count | None = _option("max_steps")
-    max_error: Annotated[float, _range("max_error"), _NUMBER] = _option("max_error")
+    rtol: Annotated[float, _of_method("rtol")] = _option("rtol")
+    dt: Annotated[float, _of_method("dt")] = _option("dt")
+    max_steps: int | None = _option("max_steps")
+    max_error: float = _option("max_error")
 
     def used(self) -> dict[str, Any]:
         """Return what the method uses: the tolerance or the step, never both."""
@@ -182,9 +174,9 @@ class Integrator(Section):
 class Stationary(Section):
     """When an orbit counts as stationary."""
 
-    rtol: Tolerance = _option("stationary_rtol")
-    max_periods: Count = _option("max_periods")
-    window: Annotated[int, _range("window"), _WHOLE] = _option("window")
+    rtol: float = _option("stationary_rtol")
+    max_periods: int = _option("max_periods")
+    window: int = _option("window")
     accelerate: Annotated[bool, Strict()] = Field(
         DEFAULTS.accelerate, description="extrapolate clearly contracting sequences (adaptive)"
     )
@@ -197,12 +189,8 @@ class Noise(Section):
         DEFAULTS.noise,
         description="; ".join(f"{name}: {what}" for name, what in NOISE_TREATMENTS.items()),
     )
-    seed: Annotated[Annotated[int, _range("seed"), _WHOLE] | None, _of_noise("seed")] = (
-        _of_ensembles("seed")
-    )
-    realizations: Annotated[
-        Annotated[int, _range("realizations"), _WHOLE] | None, _of_noise("realizations")
-    ] = _of_ensembles("realizations")
+    seed: Annotated[int | None, _of_noise("seed")] = _of_ensembles("seed")
+    realizations: Annotated[int | None, _of_noise("realizations")] = _of_ensembles("realizations")
 
 
 class Film(Section):
@@ -221,8 +209,10 @@ class Film(Section):
 class Execution(Section):
     """Distribution of the work; it never affects the result."""
 
-    workers: Annotated[int, Field(ge=1, le=4096), _WHOLE] | None = Field(
+    workers: int | None = Field(
         None,
+        ge=1,
+        le=4096,
         description="number of threads or processes; by default one for each core that the "
         "process may use",
     )
@@ -233,8 +223,11 @@ class Execution(Section):
     scheduler: Annotated[Text | None, _belongs_to("backend", "dask"), AfterValidator(_address)] = (
         Field(None, description="address of a dask scheduler; never in a file")
     )
-    block_points: Count | None = Field(
-        None, description="points per block; by default about a second of work"
+    block_points: int | None = Field(
+        None,
+        ge=1,
+        le=2**63 - 1,
+        description="points per block; by default about a second of work",
     )
 
     @property
@@ -258,21 +251,24 @@ class Plot(Section):
     variables: list[ResultName] | None = Field(
         None, description="amplitudes: the result variables to draw; by default both amplitudes"
     )
-    elastic_strain: Annotated[float, Field(ge=0, lt=1), _NUMBER] | None = Field(
-        None, description="free_energy, landscape: the strain; by default that of Fig. 2"
+    elastic_strain: float | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description="free_energy, landscape: the strain; by default that of Fig. 2",
     )
 
 
 class Simulation(Section):
     """The trajectory that `simulate` and the figures of trajectories compute."""
 
-    periods: Annotated[int, Field(ge=1, le=_MAX_SAMPLES), _WHOLE] = Field(
-        6, description="drive periods"
-    )
+    periods: int = Field(6, ge=1, le=_MAX_SAMPLES, description="drive periods")
     start: Literal["initial", "stationary"] = Field(
         "initial", description="the initial values, or the stationary orbit"
     )
-    samples_per_period: Samples = Field(2000, description="samples per period, evenly spaced")
+    samples_per_period: int = Field(
+        2000, ge=2, le=_MAX_SAMPLES, description="samples per period, evenly spaced"
+    )
 
     schedule: Annotated[
         dict[ParameterName, Axis] | None, AfterValidator(lambda schedule: schedule or None)
@@ -284,10 +280,12 @@ class Simulation(Section):
     drive: Drive | None = Field(
         None, description="pull the upper block instead of moving it periodically (adaptive)"
     )
-    duration: Annotated[float, Field(gt=0), BeforeValidator(finite)] | None = Field(
-        None, description="seconds of a `drive`; by default to the last time of its table"
+    duration: float | None = Field(
+        None, gt=0, description="seconds of a `drive`; by default to the last time of its table"
     )
-    samples: Samples = Field(PULL_SAMPLES, description="samples of a `drive`, evenly spaced")
+    samples: int = Field(
+        PULL_SAMPLES, ge=2, le=_MAX_SAMPLES, description="samples of a `drive`, evenly spaced"
+    )
 
     @model_validator(mode="after")
     def _fits_the_drive(self) -> Self:
