@@ -118,6 +118,12 @@ def results_named(of: str | Iterable[str]) -> list[str]:
     return names
 
 
+def refuse_confidence(confidence: float) -> None:
+    """Raise BoxError for what is no probability."""
+    if not 0.0 < confidence < 1.0:
+        raise BoxError(f"confidence must be between 0 and 1, not {confidence:g}")
+
+
 def indices_of(
     design: Design,
     rows: NDArray[np.float64],
@@ -130,8 +136,7 @@ def indices_of(
     """Return the indices of results from the result rows of a design, ((d + 2) n, columns)."""
     import xarray as xr
 
-    if not 0.0 < confidence < 1.0:
-        raise BoxError(f"confidence must be between 0 and 1, not {confidence:g}")
+    refuse_confidence(confidence)
     shape = (len(design.box) + 2, -1)
     outputs = np.stack([rows[:, RESULT_COLUMNS.index(r)].reshape(shape) for r in results])
     used = np.asarray(np.isfinite(outputs).all(axis=(0, 1)))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from stickslip.boxes import BoxError, Design
 from stickslip.datasets import parameter_scalars
-from stickslip.indices import LARGEST_MISSING, indices_of, results_named
+from stickslip.indices import LARGEST_MISSING, indices_of, refuse_confidence, results_named
 from sweeps.config.load import Config
 from sweeps.engine.run import compute
 from sweeps.exits import ExpectedError
@@ -24,40 +26,58 @@ class SensitivityError(ExpectedError, ValueError):
     """A config or an option from which no indices follow; the message says what would help."""
 
 
-def indices(
-    config: Config,
-    of: Sequence[str],
-    *,
-    confidence: float = 0.95,
-    largest_missing: float = LARGEST_MISSING,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Return the indices of results over the box of `sample`, with the attributes of a file.
+@dataclass(frozen=True)
+class Request:
+    """Indices of results over the box that a config samples; raises SensitivityError if unfit."""
 
-    They are those of `stickslip.sensitivity_indices` for the same box. Raises SensitivityError.
-    """
-    try:
-        results, design = results_named(of), _design_of(config)
+    config: Config
+    of: Sequence[str]
+    confidence: float = 0.95
+    largest_missing: float = LARGEST_MISSING
+    design: Design = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        with _refusals():
+            results_named(self.of)
+            refuse_confidence(self.confidence)
+            object.__setattr__(self, "design", _design_of(self.config))
+
+    def computed(self, *, progress: bool = False) -> xr.Dataset:
+        """Return the indices, with the attributes of a file.
+
+        They are those of `stickslip.sensitivity_indices` for the same box. Raises SensitivityError.
+        """
+        config, design = self.config, self.design
         points = {name: tuple(values.tolist()) for name, values in design.points().items()}
         rows = compute(
             config.model_copy(update={"sample": None, "cases": points}), progress=progress
         )
-        ds = indices_of(
-            design,
-            rows,
-            results,
-            seed=config.sample.seed if config.sample else 0,
-            confidence=confidence,
-            largest_missing=largest_missing,
+        with _refusals():
+            ds = indices_of(
+                design,
+                rows,
+                list(self.of),
+                seed=config.sample.seed if config.sample else 0,
+                confidence=self.confidence,
+                largest_missing=self.largest_missing,
+            )
+        constant = {n: v for n, v in config.parameters()._asdict().items() if n not in design.box}
+        box = ", ".join(f"{name} {limits}" for name, limits in design.box.items())
+        title = config.title or "Sensitivity of stationary amplitudes over a box"
+        return add_provenance(
+            ds.assign_coords(parameter_scalars(constant)),
+            config,
+            title,
+            f"Sobol indices over {box}",
         )
+
+
+@contextmanager
+def _refusals() -> Iterator[None]:
+    try:
+        yield
     except BoxError as error:
         raise SensitivityError(str(error)) from None
-    constant = {n: v for n, v in config.parameters()._asdict().items() if n not in design.box}
-    box = ", ".join(f"{name} {limits}" for name, limits in design.box.items())
-    title = config.title or "Sensitivity of stationary amplitudes over a box"
-    return add_provenance(
-        ds.assign_coords(parameter_scalars(constant)), config, title, f"Sobol indices over {box}"
-    )
 
 
 def _design_of(config: Config) -> Design:

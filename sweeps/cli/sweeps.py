@@ -300,29 +300,24 @@ def sensitivity(
     from sweeps.figures import draw
     from sweeps.figures.save import pictures_of, rendered
     from sweeps.files.outputs import Outputs
-    from sweeps.sensitivity import indices, summary_of
+    from sweeps.sensitivity import Request, summary_of
 
     changes = execution_changes(workers, backend, scheduler)
     checked, results = checked_config(config, [*(set_ or []), *changes]), of or AMPLITUDES
+    request = Request(checked, results, confidence, largest_missing)
     target = output or Path("results") / f"{config.stem}-sensitivity.nc"
-    request = {
+    identity = {
         "config": checked.resolved_yaml(),
         "of": list(results),
         "confidence": confidence,
         "largest_missing": largest_missing,
     }
     paths = [target, *pictures_of(target.with_suffix(""))]
-    with Outputs(paths, request, overwrite=overwrite, inputs=[config]).held() as outputs:
+    with Outputs(paths, identity, overwrite=overwrite, inputs=[config]).held() as outputs:
         ds = outputs.recalled()
         if ds is None and not outputs.finished:
             ds = interruptible(
-                lambda: indices(
-                    checked,
-                    results,
-                    confidence=confidence,
-                    largest_missing=largest_missing,
-                    progress=not no_progress,
-                ),
+                lambda: request.computed(progress=not no_progress),
                 "Interrupted; nothing was kept.",
                 at_once=outputs.release,
             )
