@@ -15,6 +15,7 @@ BOX = """\
 model: {gamma: 0}
 sample: {sobol: 16, seed: 3, temperature: [280, 300], k: {log: [2e4, 1e5]}}
 integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4}
 """
 
 
