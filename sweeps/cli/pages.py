@@ -62,7 +62,7 @@ def explore(
     from sweeps.page.explorer import server_of
 
     require_bokeh()
-    server = server_of(_beginning(target, at or (), boundaries), port)
+    server = server_of(_subject(target, at or (), boundaries), port)
     print(server.address)
     sys.stdout.flush()
     say("Press Ctrl-C to stop.")
@@ -76,7 +76,7 @@ def explore(
     server.run_until_signal(end)
 
 
-def _beginning(target: Path | None, at: Sequence[str], boundaries: Path | None) -> Subject:
+def _subject(target: Path | None, at: Sequence[str], boundaries: Path | None) -> Subject:
     """Return the initial content of the page; raises the errors of opening the files."""
     from sweeps.charts.choice import slice_at
     from sweeps.files.datasets import open_result
