@@ -53,10 +53,10 @@ def sensitivity_indices(
 
     All (d + 2) n points of n base points and d varied parameters are computed in one call.
 
-    >>> box = {"T": (255, 300), "k": {"log": (2e4, 2e5)}, "gamma": 0}
+    >>> box = {"T": (180, 280), "k": {"log": (2e4, 2e5)}}
     >>> ds = sensitivity_indices(box, "friction_force_amplitude", base_points=64)
-    >>> str(ds.parameter[ds.total_order[0].argmax()].values)
-    'viscosity_coefficient'
+    >>> ds.total_order[0].round(1).values.tolist()
+    [0.9, 0.1]
 
     Parameters
     ----------

@@ -24,6 +24,7 @@ def test_verbs_and_options_are_completed() -> None:
         "sweep",
         "status",
         "simulate",
+        "sensitivity",
         "schema",
     ]
     assert completed("stickslip sweep --over", "bash").out.split() == ["--overwrite"]

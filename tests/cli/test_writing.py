@@ -97,6 +97,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     T = [170.0, 240.0, 280.0]
     force = stationary_orbits({"T": T, "k": 7e4}).friction_force_amplitude.values
     rows = zip(T, (force * np.array([1.01, 0.99, 1.0])).tolist(), strict=True)
+    (folder / "box.yaml").write_text(BOX_YAML)
     (folder / "d.csv").write_text("T,F_max\n" + "".join(f"{t},{f!r}\n" for t, f in rows))
     return folder
 

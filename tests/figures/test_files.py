@@ -24,6 +24,9 @@ from support.pictures import (
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from stickslip import phase_diagram
+from stickslip.boxes import Design, Range
+from stickslip.indices import indices_of
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.charts.choice import obstacle
 from sweeps.figure_table import FIGURES
 from sweeps.figures import Look, PlotOptions, draw, save
@@ -178,6 +181,19 @@ def test_importing_figures_needs_no_compiler_and_no_pyplot():
     assert done.stdout.strip() == "[]"
 
 
+def indices() -> xr.Dataset:
+    """Indices of two results over a box: one of each parameter, for want of orbits."""
+    box = {"temperature": Range(200.0, 280.0), "spring_stiffness": Range(1e3, 5e3)}
+    design, amplitudes = (
+        Design.of(box, 16, 0),
+        ["elastic_stress_amplitude", "friction_force_amplitude"],
+    )
+    rows = np.zeros((64, len(RESULT_COLUMNS)))
+    for name, values in zip(amplitudes, design.points().values(), strict=True):
+        rows[:, RESULT_COLUMNS.index(name)] = values
+    return indices_of(design, rows, amplitudes)
+
+
 def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
     for name, entry in FIGURES.items():
         if name == "pairs":
@@ -187,6 +203,7 @@ def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
             "sweep": lambda: sweep(temperature=TEMPERATURES),
             "phases": phase_diagram,
             "fit": fitted,
+            "indices": indices,
         }[entry.data]()
         assert obstacle(ds, name) == ""
         assert panels(draw(ds, name))
