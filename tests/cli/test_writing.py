@@ -275,7 +275,7 @@ def test_what_is_left_of_another_command_is_not_dropped_silently(
     assert done.code == 2
     assert "was stopped before s.nc had its name: stickslip simulate a.yaml -o s.nc; " in done.err
     assert shell(*other, "--overwrite").code == 0
-    assert entries() == sorted(["a.yaml", "d.csv", "map.nc", "s.nc"])
+    assert entries() == sorted(["a.yaml", "box.yaml", "d.csv", "map.nc", "s.nc"])
 
 
 def test_what_was_edited_is_not_called_complete(shell: Shell) -> None:
