@@ -49,7 +49,7 @@ class Explorer:
 
     @property
     def address(self) -> str:
-        """Where the page is, with its token: for a browser of this machine."""
+        """The address of the page with its token, for a browser of this machine."""
         return self._server.address
 
     @property
