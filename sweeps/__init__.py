@@ -10,11 +10,12 @@ if TYPE_CHECKING:
     from sweeps.accessor import StickslipAccessor
     from sweeps.engine.run import run
     from sweeps.fitting.fitting import FitError, fit
-    from sweeps.page.explorer import explore
+    from sweeps.page.explorer import Explorer, explore
 
-__all__ = ["FitError", "StickslipAccessor", "explore", "fit", "run"]
+__all__ = ["Explorer", "FitError", "StickslipAccessor", "explore", "fit", "run"]
 
 _HOMES = {
+    "Explorer": "sweeps.page.explorer",
     "FitError": "sweeps.fitting.fitting",
     "StickslipAccessor": "sweeps.accessor",
     "explore": "sweeps.page.explorer",
