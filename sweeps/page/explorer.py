@@ -41,7 +41,15 @@ def server_of(subject: Subject, port: int = 0) -> PageServer:
 
 
 class Explorer:
-    """A page that this process serves for as long as it runs; a notebook shows it in place."""
+    """A page that this process serves for as long as it runs; a notebook shows it in place.
+
+    `sweeps.explore` returns it.
+
+    >>> page = explore()
+    >>> page.forwarding.startswith("ssh -L ")
+    True
+    >>> page.stop()
+    """
 
     def __init__(self, server: PageServer) -> None:
         self._server = server
