@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 from support.sweeps.processes import end_all
+from support.warm import compile_kernels
 
 # The suite looks at the same examples every time, and says the same of the same sources. With the
 # other profile `make stress` searches on, at random.
@@ -21,16 +22,18 @@ settings.register_profile("search", settings.get_profile("suite"), derandomize=F
 settings.load_profile("suite")
 
 
-# Two workers begin with these: one compiles the adaptive kernels, the other those of Euler-Cromer,
-# and all files that follow find both in the cache instead of compiling them a second time.
-_FIRST = ("claims/test_time_courses.py", "kernels/euler_cromer/test_lanes.py")
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Before the workers of a whole run begin, compile what all of them would compile."""
+    config = session.config
+    begins_workers = bool(config.getoption("numprocesses", None))  # they themselves have none
+    if begins_workers and config.args_source is pytest.Config.ArgsSource.TESTPATHS:
+        compile_kernels()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What compiles comes first, then the files with the most slow tests: no worker ends late."""
+    """The files with the most slow tests come first: no worker ends late."""
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
-    place = {Path(__file__).parent / name: number for number, name in enumerate(_FIRST)}
-    items.sort(key=lambda item: (place.get(item.path, len(place)), -slow[item.path]))
+    items.sort(key=lambda item: -slow[item.path])
 
 
 @pytest.fixture(autouse=True)

@@ -112,6 +112,7 @@ def test_joblib_says_where_they_are_computed(kind: str, monkeypatch: pytest.Monk
     assert asked == [f"{kind.capitalize()}Backend"]
 
 
+@pytest.mark.stress
 def test_late_points_among_many_and_few_have_the_same_bits() -> None:
     odd = {"k": 22802, "K": 2349.9, "T": 205.9, "window": 40, "rtol": 1e-4}
     options = {name: odd.pop(name) for name in ("window", "rtol")}

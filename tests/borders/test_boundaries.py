@@ -132,6 +132,7 @@ def test_the_order_of_axes_and_the_number_of_workers_change_no_border(
     xr.testing.assert_equal(turned.stickslip.boundaries(1e-4, workers=1), borders)
 
 
+@pytest.mark.stress
 def test_of_a_motion_that_never_closes_the_kind_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     """A window of any length is for statistics; late points wait until nothing else is to do."""
     begun: list[Task] = []

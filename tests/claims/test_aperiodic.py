@@ -108,6 +108,7 @@ def test_a_wandering_motion_is_watched_and_not_its_mirror_image() -> None:
     assert found.elastic_stress_amplitude == pytest.approx(0.5997e6, rel=2e-3)
 
 
+@pytest.mark.stress
 def test_an_orbit_that_closes_after_more_than_thirty_two_periods_is_periodic() -> None:
     found = orbits(point((163.2, 2975, 8529, -0.772, 35.459)))
     assert (found.status, found.regime) == (Status.OK, Regime.SUBHARMONIC)

@@ -186,7 +186,7 @@ LONG_CYCLES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("values", "periods", "meltings"), LONG_CYCLES)
+@pytest.mark.parametrize(("values", "periods", "meltings"), one_then("stress", LONG_CYCLES))
 def test_a_jump_does_not_outrun_a_film_with_a_long_cycle(
     values: tuple[float, float, float, float], periods: int, meltings: int
 ) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support import reference
 from support.marches import FAST_DT, fast, period
+from support.marks import one_then
 from support.points import error_scales
 
 from stickslip import Parameters, Status, simulate, stationary_orbit
@@ -34,7 +35,9 @@ def test_the_work_of_a_period_is_that_of_another_integrator() -> None:
     assert work == pytest.approx(1.783744e-9, abs=0.6e-15)
 
 
-@pytest.mark.parametrize("changes", [{"rheological_index": 2 / 3}, {"spring_stiffness": 100.0}])
+@pytest.mark.parametrize(
+    "changes", one_then("stress", [{"spring_stiffness": 100.0}, {"rheological_index": 2 / 3}])
+)
 def test_the_force_of_a_locked_block_is_that_of_springs_and_inertia(
     changes: dict[str, float],
 ) -> None:
@@ -68,7 +71,7 @@ def test_trajectories_are_those_of_the_twin() -> None:
     assert off.max() <= 1e-5 * p.drive_amplitude
 
 
-@pytest.mark.parametrize("strain", ["adiabatic", "relaxing"])
+@pytest.mark.parametrize("strain", one_then("stress", ["adiabatic", "relaxing"]))
 def test_a_start_on_the_orbit_stays_there(strain: str) -> None:
     p = Parameters(temperature=250.0, **PULSED)
     orbit = stationary_orbit(p, strain=strain)

@@ -70,6 +70,7 @@ def test_a_thick_film_that_relaxes_slowly(
     assert found.friction_force_amplitude == pytest.approx(force, rel=1e-6)
 
 
+@pytest.mark.stress
 def test_the_stress_differs_in_proportion_to_the_relaxation_time() -> None:
     times = np.array([1e-8, 1e-7, 1e-6, 1e-5])
     differences = np.array([change(slow_film(tau))[0] for tau in times.tolist()])

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.marks import one_then
 from support.points import orbits
 
 from stickslip import Parameters, Status, simulate, stationary_orbit
@@ -78,10 +77,8 @@ def _drawn(count: int) -> np.ndarray:
     return np.array(points)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "options", one_then("stress", [{}, {"strain": "relaxing"}, {"accelerate": False}])
-)
+@pytest.mark.stress
+@pytest.mark.parametrize("options", [{}, {"strain": "relaxing"}, {"accelerate": False}])
 def test_the_regime_of_random_films_does_not_depend_on_the_tolerance(options) -> None:
     points = _drawn(24)
     fine = orbits(points, rtol=1e-8, **options)

@@ -64,7 +64,7 @@ def test_where_the_film_freezes_at_each_stop_chance_hardly_shows() -> None:
     assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_both_methods_find_the_same_statistics() -> None:
     point = row(**MISSING)
     adaptive = ensemble(point, realizations=200, window=20)

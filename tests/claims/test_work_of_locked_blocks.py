@@ -100,6 +100,7 @@ def test_an_independent_solver_finds_the_same_loss() -> None:
     assert compared >= 20
 
 
+@pytest.mark.stress
 def test_a_drive_with_harmonics_states_the_error_of_its_first() -> None:
     points = films(COUNT)
     for name, size in (("third_harmonic", 0.2), ("fifth_harmonic", -0.05)):

@@ -84,6 +84,7 @@ def test_the_command_prints_the_borders_of_an_axis(
     assert not (tmp_path / "part-boundaries.nc").exists()
 
 
+@pytest.mark.stress
 def test_the_command_says_how_many_brackets_stayed_wide(command: Command, tmp_path: Path) -> None:
     slow = run({"model": {"T": 166}, "sweep": {"omega": [34.5625, 35.25]}})
     write_dataset(slow, tmp_path / "slow.nc")

@@ -11,6 +11,7 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from support.marks import one_then
 from support.sweeps.commands import Command
 from support.sweeps.processes import Running
 
@@ -24,7 +25,7 @@ integrator: {rtol: 1e-4}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", one_then("faults", [signal.SIGINT, signal.SIGTERM]))
 def test_it_prints_one_address_and_ends_on_a_signal(number: signal.Signals) -> None:
     pytest.importorskip("bokeh", reason="bokeh is not installed")
     running = Running("-m", "sweeps.cli", "explore", "--no-browser")

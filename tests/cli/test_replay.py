@@ -64,6 +64,7 @@ def test_other_bits_are_told_and_end_with_3(command: Command, result: Path, tmp_
     assert "melting_count: 77, now 4" in done.out
 
 
+@pytest.mark.stress
 def test_by_another_version_other_bits_are_explained(
     command: Command, result: Path, tmp_path: Path
 ) -> None:

@@ -12,6 +12,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from support.marks import one_then
 from support.public_names import public_names
 from support.sweeps.commands import Command
 from support.sweeps.sweeping import everything
@@ -126,7 +127,7 @@ def test_released_borders_are_described_exported_and_drawn_over_their_map(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SWEEPS)
+@pytest.mark.parametrize("name", one_then("stress", [*reversed(SWEEPS)]))
 def test_a_page_of_a_released_file_is_made(command: Command, unpacked: Unpacked, name: str) -> None:
     pytest.importorskip("bokeh")
     done = command("report", unpacked(name).name, "-o", "a.html")

@@ -57,7 +57,7 @@ def test_critical_velocity(run_page: Page, capsys: pytest.CaptureFixture[str]) -
     assert np.isnan(critical[6])
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_my_own_lubricant(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     names = run_page("my-own-lubricant")
     printed = re.findall(r"^(\w+_coefficient): (\S+)$", capsys.readouterr().out, re.MULTILINE)

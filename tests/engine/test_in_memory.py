@@ -148,7 +148,7 @@ def test_the_content_is_the_same_on_a_cluster_of_the_person(
         assert len(client.ncores()) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_a_point_that_kills_a_process_of_joblib_costs_itself_alone(
     reference: xr.Dataset,
     tmp_path: Path,

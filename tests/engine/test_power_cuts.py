@@ -28,7 +28,11 @@ def put(found: dict[str, tuple[bytes, int]]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.0, 1e9], ids=["flushed at once", "flushed at the end"])
+@pytest.mark.parametrize(
+    "seconds",
+    one_then("faults", [0.0, 1e9]),
+    ids=["flushed at once", "flushed at the end"],
+)
 @pytest.mark.parametrize("points", one_then("faults", [5, 14]))
 def test_a_power_cut_costs_what_was_not_flushed(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, points: int, seconds: float

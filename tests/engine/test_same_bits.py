@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from support.marks import one_then
 from support.sweeps.processes import HANGS
 from support.sweeps.sweeping import LOOSE, Mishap, Shell, child, hash_of, write
 
@@ -27,7 +28,7 @@ stationary: {rtol: 1e-4, window: 20}
 KILLS = {"followed": (None, [1]), "refined": (16, [1, 7]), "stochastic": (1, [1, 2])}
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", one_then("faults", [*KINDS]))
 def test_workers_blocks_processes_and_kills_change_nothing(shell: Shell, kind: str) -> None:
     write("a.yaml", KINDS[kind])
     hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}

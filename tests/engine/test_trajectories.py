@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from support.marks import one_then
 from support.sweeps.processes import HANGS
 from support.sweeps.writing import write_dataset
 
@@ -100,10 +99,8 @@ def test_an_axis_left_is_refused_with_a_way_out_that_works(
     assert trajectory(settings).sizes == {"elapsed_time": 51}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "method", one_then("stress", ["{method: adaptive}", "{method: euler-cromer, dt: 1e-8}"])
-)
+@pytest.mark.stress
+@pytest.mark.parametrize("method", ["{method: adaptive}", "{method: euler-cromer, dt: 1e-8}"])
 def test_all_that_is_compiled_is_compiled_while_that_is_told(tmp_path: Path, method: str) -> None:
     code = (
         "import sys\n"

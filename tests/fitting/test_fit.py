@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.stats import t as student
-from support.marks import marked
+from support.marks import one_then
 
 import sweeps
 from stickslip import stationary_orbits
@@ -255,7 +255,7 @@ def test_what_is_completed_stays_in_its_place(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, *marked("stress", [3, 4, 5])])
+@pytest.mark.parametrize("seed", one_then("stress", [1, 2, 3, 4, 5]))
 def test_chi2_is_that_of_the_orbits_of_the_reported_parameters(seed: int) -> None:
     """Data that no parameters describe lead to where orbits are late, or chaotic."""
     rng = np.random.default_rng(seed)
@@ -379,8 +379,8 @@ def _trial(u: Floats, chi2: float) -> Trial:
     return Trial(u, residuals, residuals, failed_row(Status.OK)[None])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("gamma", "h"), [(-0.5412, 2.356e-9), *marked("stress", [(-0.4, 5e-10)])])
+@pytest.mark.stress
+@pytest.mark.parametrize(("gamma", "h"), [(-0.5412, 2.356e-9), (-0.4, 5e-10)])
 def test_the_best_minimum_lies_in_a_narrow_band_between_jumps(gamma: float, h: float) -> None:
     """The jumps are jagged, and minima in other bands fit the 14 forces to 0.6 %."""
     machine = {"T": 230.15427, "k": 27601.393, "omega": 14.081479, "T_c": 290.35513}
@@ -445,7 +445,7 @@ def test_three_parameters_of_two_variables_at_three_frequencies() -> None:
     assert re.search(r"spring_stiffness: (4000|3999\.99)", fitted.stickslip.summary())
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_an_interval_over_many_decades_is_told_in_words() -> None:
     table = {"T": [200.0, 240.0], "F_max": [2.8e-3, 1.6e-3]}
     ds = sweeps.fit(table, "k")

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.marks import one_then
 from support.points import orbits, row
 
 from stickslip import Status
@@ -91,7 +92,7 @@ def test_the_number_of_paths_side_by_side_makes_no_difference(
     np.testing.assert_array_equal(ensemble(POINTS).row, together)
 
 
-@pytest.mark.parametrize("strain", ["adiabatic", "relaxing"])
+@pytest.mark.parametrize("strain", one_then("stress", ["adiabatic", "relaxing"]))
 def test_a_mirror_image_is_one_bit_for_bit(strain: str) -> None:
     names = ("drive_amplitude", "initial_displacement", "initial_velocity")
     twin = MISSING | {"initial_displacement": 1e-8, "initial_velocity": -2e-6}

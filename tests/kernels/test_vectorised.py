@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.marks import marked
 
 COMPILE = """
 import sys
@@ -26,13 +25,10 @@ print("compiled")
 """
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 @pytest.mark.parametrize(
     ("method", "index"),
-    [
-        ("euler-cromer", "0"),
-        *marked("stress", [("euler-cromer", "-0.5"), ("adaptive", "0"), ("adaptive", "-0.5")]),
-    ],
+    [("euler-cromer", "0"), ("euler-cromer", "-0.5"), ("adaptive", "0"), ("adaptive", "-0.5")],
 )
 def test_a_kernel_is_compiled_without_complaint(method: str, index: str, tmp_path: Path) -> None:
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}

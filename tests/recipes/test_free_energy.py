@@ -93,7 +93,7 @@ def phases(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]
     return dict(zip(FILMS, json.loads(done.stdout), strict=True))
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 @pytest.mark.parametrize("name", FILMS)
 def test_the_phases_follow_an_octic_term(phases: dict[str, dict[str, Any]], name: str) -> None:
     expected, found = Film.of(FILMS[name]), phases[name]
@@ -158,10 +158,11 @@ OF_THE_ENERGY_ALONE = Edit(
     ("edits", "power", "test"),
     [
         ([], "", "test_every_energy_density_of_the_registry_is_a_coefficient"),
-        (
+        pytest.param(
             [OF_THE_ENERGY_ALONE],
             "phi_power=6",
             "test_the_log_force_is_the_slope_of_the_free_energy",
+            marks=pytest.mark.stress,
         ),
     ],
     ids=["no power", "a term of the energy alone"],

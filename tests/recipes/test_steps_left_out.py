@@ -141,7 +141,7 @@ def test_a_loss_of_the_block_that_is_left_out_violates_the_power_balance(
     assert json.loads(done.stdout)["damped"]["status"] == Status.INVARIANT_VIOLATED
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_slope_of_the_block_that_is_left_out_fails_a_test_of_the_model(tmp_path: Path) -> None:
     copy, recipe = copied(tmp_path), RECIPES["force on the block"]
     carried_out([edit for edit in recipe if "stiffness, 0.0" not in edit.before], copy)

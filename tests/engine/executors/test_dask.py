@@ -15,6 +15,7 @@ from typing import Any
 import joblib
 import numpy as np
 import pytest
+from support.marks import marked, one_then
 from support.sweeps.processes import wait_until
 from support.sweeps.workers import (
     FREE,
@@ -89,7 +90,7 @@ def test_a_cluster_gives_the_same_content_and_is_left_empty(
         wait_until(lambda: tasks() == 0)
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_fit_and_a_table_of_points_are_computed_on_a_cluster(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -232,9 +233,14 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
     ("address", "said"),
     [
         ("tls://127.0.0.1:1", "needs certificates in dask's configuration"),
-        ("wss://127.0.0.1:1", "needs certificates in dask's configuration"),
         ("inproc://x", "a cluster within another process"),
-        ("inproc://192.0.2.1/1/1", "a cluster within another process"),
+        *marked(
+            "faults",
+            [
+                ("wss://127.0.0.1:1", "needs certificates in dask's configuration"),
+                ("inproc://192.0.2.1/1/1", "a cluster within another process"),
+            ],
+        ),
     ],
 )
 def test_an_address_that_never_answers_is_a_mistake(address: str, said: str) -> None:
@@ -247,7 +253,7 @@ def test_an_address_that_never_answers_is_a_mistake(address: str, said: str) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scheme", ["tcp", "ws"])
+@pytest.mark.parametrize("scheme", one_then("faults", ["tcp", "ws"]))
 def test_a_scheduler_that_is_not_there_is_named(scheme: str) -> None:
     address = f"{scheme}://127.0.0.1:1"
     code, err = ended(command("--scheduler", address, hook=IMPATIENT))

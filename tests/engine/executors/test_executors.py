@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
+from support.marks import one_then
 from support.sweeps.processes import HANGS, Running
 from support.sweeps.workers import (
     FREE,
@@ -78,7 +79,7 @@ def test_processes_give_the_same_content_and_say_nothing_else(expected: str) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["command", "joblib"])
+@pytest.mark.parametrize("how", one_then("faults", ["command", "joblib"]))
 def test_processes_import_nothing_from_the_current_folder(how: str, folder: Path) -> None:
     for name in ("numpy", "joblib", "multiprocessing", "queue"):
         (folder / f"{name}.py").write_text(f"open('ran-{name}', 'w')\n")
