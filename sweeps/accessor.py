@@ -220,7 +220,7 @@ class StickslipAccessor:
         viscosity_coefficient: ... Pa s^(gamma+1), 95 %: ...
         ...
 
-        Raises FitError if the Dataset is no fit, or lmfit is missing.
+        Raises FitError if the Dataset is no fit, or uncertainties is missing.
         """
         from sweeps.fitting.fitting import summary_of
 

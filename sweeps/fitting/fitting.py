@@ -19,22 +19,30 @@ from sweeps.engine.executors import workers_of
 from sweeps.engine.progress import display_of
 from sweeps.engine.settings import options_of, read_config
 from sweeps.exits import ExpectedError
-from sweeps.fitting.parameters import free_parameters
-from sweeps.fitting.trials import Model
+from sweeps.fitting.least_squares import Fit
+from sweeps.fitting.parameters import Free, free_parameters
+from sweeps.fitting.refinement import Search, population_of
+from sweeps.fitting.sampling import drawn
+from sweeps.fitting.statistics import (
+    Determination,
+    Statistics,
+    covering,
+    jumps_within,
+    profile_intervals,
+    statistics_of,
+    widened,
+)
+from sweeps.fitting.trials import Model, Trial
 from sweeps.human import clock
 from sweeps.measurements import Measurements, read_data
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.fitting.parameters import Free
-    from sweeps.fitting.refinement import Fit, Search
-    from sweeps.fitting.statistics import Statistics
-    from sweeps.fitting.trials import Trial
     from sweeps.measurements import Table
 
 # How often a better minimum is looked for; by what part of chi2 it must be better.
-_AGAIN, BETTER = 3, 1e-4
+_AGAIN, _BETTER = 3, 1e-4
 
 
 class FitError(ExpectedError, ValueError):
@@ -47,7 +55,7 @@ class FitError(ExpectedError, ValueError):
 
 
 class _Fitting:
-    """Says how many trials have been computed; how many it will be, nobody knows."""
+    """The number of trials so far; the total is unknown."""
 
     goal: ClassVar[None] = None
     outlook: ClassVar[str] = ""
@@ -129,8 +137,8 @@ def fit(
     ExecutorError
         The workers that are asked for cannot be had, or were lost.
     FitError
-        lmfit is missing; the config has axes or a stochastic film; a profile with a single free
-        parameter, or with no more data than parameters.
+        uncertainties is missing; the config has axes or a stochastic film; a profile with a single
+        free parameter, or with no more data than parameters.
     """
     if not isinstance(config, Config):
         config = read_config({} if config is None else config)
@@ -157,10 +165,8 @@ def fit_measured(
     workers: int | None = None,
 ) -> xr.Dataset:
     """Return the fit of measurements that have been read; see `fit`."""
-    _require_lmfit()
+    _require_uncertainties()
     from sweeps.fitting.output import fit_dataset
-    from sweeps.fitting.refinement import Search
-    from sweeps.fitting.statistics import profile_intervals
 
     with workers_of(config.execution, workers) as able:
         search = Search(model_of(data, free, config, able))
@@ -177,11 +183,11 @@ def fit_measured(
 def summary_of(ds: xr.Dataset) -> str:
     """Return a fit in words: parameters with their errors, chi2, a line for each datum.
 
-    Raises FitError if the Dataset is no fit, or lmfit is missing.
+    Raises FitError if the Dataset is no fit, or uncertainties is missing.
     """
     if "parameter_value" not in ds:
         raise FitError("this is no fit: `stickslip fit` and `sweeps.fit` make one")
-    _require_lmfit()
+    _require_uncertainties()
     from sweeps.fitting.output import table_of
 
     return "\n".join(table_of(ds))
@@ -189,9 +195,6 @@ def summary_of(ds: xr.Dataset) -> str:
 
 def best_of(search: Search) -> tuple[Fit, Statistics]:
     """Return the best minimum and its statistics, whose intervals may lead to a better one."""
-    from sweeps.fitting.refinement import population_of
-    from sweeps.fitting.statistics import Determination, covering, statistics_of, widened
-
     found = search.run()
     codes = statistics_of(found).determination
     found = search.along(found, np.flatnonzero(codes != Determination.DETERMINED).tolist())
@@ -210,11 +213,9 @@ def best_of(search: Search) -> tuple[Fit, Statistics]:
 
 def _to_its_ends(search: Search, found: Fit) -> tuple[Fit, Statistics]:
     """Return a minimum, or the better one that the ends of its intervals lead to."""
-    from sweeps.fitting.statistics import statistics_of, widened
-
     known, best = widened(search, found, statistics_of(found))
     for _ in range(_AGAIN):
-        if search.is_exact(found) or best.cost >= found.trial.cost * (1.0 - BETTER):
+        if search.is_exact(found) or best.cost >= found.trial.cost * (1.0 - _BETTER):
             break
         found = search.run([best])
         known, best = widened(search, found, statistics_of(found))
@@ -223,9 +224,6 @@ def _to_its_ends(search: Search, found: Fit) -> tuple[Fit, Statistics]:
 
 def _draws(search: Search, found: Fit, known: Statistics) -> list[Trial]:
     """Return trials drawn with their likelihood if jumps bound the basin of a minimum, or none."""
-    from sweeps.fitting.sampling import drawn
-    from sweeps.fitting.statistics import Determination, jumps_within
-
     determined = (known.determination == Determination.DETERMINED).any()
     if search.is_exact(found) or not found.scale > 0.0 or not determined:
         return []
@@ -259,6 +257,8 @@ def _refuse_profile(model: Model) -> None:
         raise FitError("a profile needs more data than free parameters")
 
 
-def _require_lmfit() -> None:
-    if importlib.util.find_spec("lmfit") is None:
-        raise FitError("a fit needs lmfit, which is not installed: pip install 'lmfit>=1.3.2'")
+def _require_uncertainties() -> None:
+    if importlib.util.find_spec("uncertainties") is None:
+        raise FitError(
+            "a fit needs uncertainties, which is not installed: pip install 'uncertainties>=3.2'"
+        )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,14 +13,14 @@ from uncertainties import ufloat
 from stickslip.datasets import result_attributes, result_values
 from stickslip.regime import Regime
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.run import run_in_memory
-from sweeps.fitting.refinement import PATIENCE, Fit
+from sweeps.fitting.least_squares import Fit
+from sweeps.fitting.refinement import PATIENCE
 from sweeps.fitting.statistics import LEVEL, Determination, Statistics
-from sweeps.fitting.trials import Model
 from sweeps.human import counted
-from sweeps.measurements import Floats, Measurements, columns_of
+from sweeps.measurements import Floats
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,15 +75,17 @@ def curve_config(fit: Fit, config: Config) -> Config:
     Over the parameter with the most values, with a curve for each of the few values of another; at
     the data themselves where there is no such order.
     """
-    data, fixed = fit.model.data, fitted_parameters(fit.model, fit.trial.u)
-    varied = dict(columns_of(data))
-    fixed |= {name: float(v[0]) for name, v in data.parameters.items() if name not in varied}
+    data, free = fit.model.data, fit.model.free
+    varied = {name: values for name, values in data.parameters.items() if np.ptp(values) > 0}
+    given = {name: float(values[0]) for name, values in data.parameters.items()}
+    fitted = {each.name: float(each.value(u)) for each, u in zip(free, fit.trial.u, strict=True)}
+    model = fit.model.fixed._asdict() | given | fitted
     axes = dict(sorted(varied.items(), key=lambda item: -len(np.unique(item[1]))))
-    model = {name: value for name, value in fixed.items() if name not in varied}
-    written: dict[str, Any] = config.resolved() | {"model": model, "sweep": {}, "cases": {}}
+    written: dict[str, Any] = config.resolved() | {"sweep": {}, "cases": {}}
+    written["model"] = {name: value for name, value in model.items() if name not in varied}
     if np.max(fit.trial.results[:, _PERIODS]) <= PATIENCE.periods:  # as much as the data needed
         written["stationary"]["max_periods"] = min(config.stationary.max_periods, PATIENCE.periods)
-    names = ", ".join(each.name for each in fit.model.free)
+    names = ", ".join(each.name for each in free)
     written["title"] = config.title or f"Fit of {names} to {counted(len(data.value), 'value')}"
     others = [*axes][1:]
     if len(others) <= 1 and all(len(np.unique(axes[name])) <= _FEW for name in others):
@@ -98,138 +102,125 @@ def _axis(values: Floats) -> dict[str, Any]:
     return {"geomspace" if geometric else "linspace": [low, high], "num": _CURVE}
 
 
-def fitted_parameters(model: Model, u: Floats) -> dict[str, float]:
-    """Return all parameters with a place (p,) of the free ones."""
-    values = {each.name: float(each.value(at)) for each, at in zip(model.free, u, strict=True)}
-    return model.fixed._asdict() | values
-
-
-def measured_errors(fit: Fit) -> Floats:
-    """Return standard errors (n,) of the data; where none were given, as the residuals tell."""
-    error = fit.model.data.error
-    return error * np.sqrt(fit.reduced) if fit.model.data.relative else error
-
-
 def _of_data(fit: Fit, known: Statistics) -> dict[str, Any]:
     data, trial = fit.model.data, fit.trial
     regimes, statuses = (
         result_values(name, trial.results[data.row, RESULT_COLUMNS.index(name)])
         for name in ("regime", "status")
     )
-    errors = measured_errors(fit)
+    # Where none were given, errors are as large as the residuals say.
+    errors = data.error * np.sqrt(fit.reduced) if data.relative else data.error
     with np.errstate(invalid="ignore", divide="ignore"):  # an exact fit has no errors
         residuals = (data.value - trial.fitted) / errors
+    jumps = np.where(fit.at_jump, 1, np.where(known.jumps, 2, 0))
+    changes = "whether the motion changes within the step of a derivative, or within the intervals"
     unit = {"comment": "in the unit of the variable, datum_variable"}
     variables: dict[str, Any] = {
-        "measured_value": (DATUM, data.value, {"long_name": "measured value"} | unit),
-        "measured_error": (DATUM, errors, {"long_name": "standard error of the value"} | unit),
-        "fitted_value": (DATUM, trial.fitted, {"long_name": "fitted value"} | unit),
+        "measured_value": (DATUM, data.value, _named("measured value", unit)),
+        "measured_error": (DATUM, errors, _named("standard error of the value", unit)),
+        "fitted_value": (DATUM, trial.fitted, _named("fitted value", unit)),
         "residual": (
             DATUM,
             residuals,
-            {"long_name": "measured minus fitted value, in standard errors", "units": "1"},
+            _named("measured minus fitted value, in standard errors", {"units": "1"}),
         ),
-        "datum_row": (DATUM, data.row.astype(np.int32), {"long_name": "row of the data"}),
+        "datum_row": (DATUM, data.row.astype(np.int32), _named("row of the data")),
         "datum_regime": (DATUM, regimes, result_attributes("regime")),
         "datum_status": (DATUM, statuses, result_attributes("status")),
         "datum_at_jump": (
             DATUM,
-            np.where(fit.at_jump, 1, np.where(known.jumps, 2, 0)).astype(np.int8),
-            {
-                "long_name": "whether the motion changes within the step of a derivative, or "
-                "within the intervals of the parameters",
-                "units": "1",
-                "flag_values": np.array([0, 1, 2], dtype=np.int8),
-                "flag_meanings": "smooth at_jump jumps_within_intervals",
-            },
+            jumps.astype(np.int8),
+            _named(f"{changes} of the parameters", _flags("smooth at_jump jumps_within_intervals")),
         ),
     }
     for name, values in data.parameters.items():
-        attributes = dict(PARAMETERS[name].attributes)
-        variables[f"datum_{name}"] = (DATUM, values[data.row], attributes)
+        variables[f"datum_{name}"] = (DATUM, values[data.row], dict(PARAMETERS[name].attributes))
     return variables
 
 
 def _of_parameters(fit: Fit, known: Statistics, profile: Floats | None) -> dict[str, Any]:
-    free, u = fit.model.free, fit.trial.u
-    named = [f"{each.name}: {PARAMETERS[each.name].unit or 1}" for each in free]
+    free = fit.model.free
+    places = [*zip(free, fit.trial.u, strict=True)]
+    named = (f"{each.name}: {PARAMETERS[each.name].unit or 1}" for each in free)
     units = {"comment": f"in {'; '.join(named)}"}
-    values = np.array([float(each.value(at)) for each, at in zip(free, u, strict=True)])
-    slopes = np.array([each.slope(at) for each, at in zip(free, u, strict=True)])
-    starts = np.array([float(each.value(each.start)) for each in free])
     forms = {"form": " ".join(each.form for each in free)}
-    percent = f"{100 * LEVEL:g} %"
+    values = np.array([float(each.value(u)) for each, u in places])
+    errors = known.errors * np.array([each.slope(u) for each, u in places])
+    starts = np.array([float(each.value(each.start)) for each in free])
+    meanings = _flags(" ".join(code.name.lower() for code in Determination))
     variables: dict[str, Any] = {
-        "parameter_value": (FREE, values, {"long_name": "fitted value"} | units),
+        "parameter_value": (FREE, values, _named("fitted value", units)),
         "parameter_standard_error": (
             FREE,
-            known.errors * slopes,
-            {"long_name": "standard error of the fitted value"} | units | forms,
+            errors,
+            _named("standard error of the fitted value", units | forms),
         ),
-        "parameter_start": (FREE, starts, {"long_name": "start of the fit"} | units),
+        "parameter_start": (FREE, starts, _named("start of the fit", units)),
         "parameter_determination": (
             FREE,
             known.determination,
-            {
-                "long_name": "what the data say of the parameter",
-                "units": "1",
-                "flag_values": np.array([int(code) for code in Determination], dtype=np.int8),
-                "flag_meanings": " ".join(code.name.lower() for code in Determination),
-            },
+            _named("what the data say of the parameter", meanings),
         ),
         "parameter_correlation": (
             (FREE, OTHER),
             known.correlations,
-            {"long_name": "correlation of the errors of two parameters", "units": "1"},
+            _named("correlation of the errors of two parameters", {"units": "1"}),
         ),
     }
-    intervals = {"interval": (known.intervals, f"{percent} interval by the standard error")}
+    intervals = {"interval": (known.intervals, "standard error")}
     if profile is not None:
-        intervals["profile"] = (profile, f"{percent} interval by the profile likelihood")
-    for name, (ends, what) in intervals.items():
-        in_units = np.array(
-            [np.sort(each.value(pair)) for each, pair in zip(free, ends, strict=True)]
-        )
-        for side, column in zip(("lower", "upper"), in_units.T, strict=True):
-            attributes = {"long_name": f"{side} end of the {what}"} | units
-            variables[f"parameter_{name}_{side}"] = (FREE, column, attributes)
+        intervals["profile"] = (profile, "profile likelihood")
+    for name, (ends, method) in intervals.items():
+        pairs = [np.sort(each.value(pair)) for each, pair in zip(free, ends, strict=True)]
+        for side, column in zip(("lower", "upper"), np.array(pairs).T, strict=True):
+            what = f"{side} end of the {100 * LEVEL:g} % interval by the {method}"
+            variables[f"parameter_{name}_{side}"] = (FREE, column, _named(what, units))
     return variables
+
+
+def _named(long_name: str, attributes: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
+    return {"long_name": long_name, **attributes}
+
+
+def _flags(meanings: str) -> dict[str, Any]:
+    """Return the attributes of a variable whose values count these words from 0."""
+    values = np.arange(len(meanings.split()), dtype=np.int8)
+    return {"units": "1", "flag_values": values, "flag_meanings": meanings}
 
 
 def table_of(ds: xr.Dataset) -> list[str]:
     """Return a fit in words: parameters, chi2, what is not known, and a line for each datum."""
-    lines = [*_parameter_lines(ds), _machine_line(ds), *_statistic_lines(ds), ""]
-    columns = [str(name) for name in ds.data_vars if _is_column(ds, str(name))]
+    columns = [
+        name
+        for name in map(str, ds.data_vars)
+        if name.removeprefix("datum_") in PARAMETERS and np.ptp(ds[name].values) > 0
+    ]
     head = [name.removeprefix("datum_") for name in columns]
     rows = [[*head, "variable", "measured", "error", "fitted", "residual", "regime", ""]]
-    for number in range(ds.sizes[DATUM]):
-        datum = ds.isel({DATUM: number})
+    for datum in (ds.isel({DATUM: number}) for number in range(ds.sizes[DATUM])):
         regime = Regime(int(datum.datum_regime)).name.lower()
         status = Status(int(datum.datum_status))
+        numbers = [f"{float(datum[name]):.6g}" for name in (*columns, *_NUMBERS)]
         rows.append(
             [
-                *(f"{float(datum[name]):.6g}" for name in columns),
+                *numbers[: len(columns)],
                 str(datum.datum_variable.values),
-                *(f"{float(datum[n]):.6g}" for n in ("measured_value", "measured_error")),
-                f"{float(datum.fitted_value):.6g}",
+                *numbers[len(columns) :],
                 f"{float(datum.residual):.2f}",
                 regime if status.is_result else status.name.lower(),
                 _JUMPS[int(datum.datum_at_jump)],
             ]
         )
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines += [
+    lines = (
         "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
-    ]
-    return lines
+    )
+    return [*_parameter_lines(ds), _machine_line(ds), *_statistic_lines(ds), "", *lines]
 
 
+_NUMBERS = ("measured_value", "measured_error", "fitted_value")
 _JUMPS = ("", "at a jump", "jumps within the intervals")
-
-
-def _is_column(ds: xr.Dataset, name: str) -> bool:
-    return name.removeprefix("datum_") in PARAMETERS and float(np.ptp(ds[name].values)) > 0
 
 
 def _machine_line(ds: xr.Dataset) -> str:
@@ -245,24 +236,26 @@ def _machine_line(ds: xr.Dataset) -> str:
 
 def _parameter_lines(ds: xr.Dataset) -> list[str]:
     lines = []
-    for each in ds[FREE].values:
-        own = ds.sel({FREE: each})
-        name, code = str(each), Determination(int(own.parameter_determination))
-        units = f" {PARAMETERS[name].unit}".rstrip()
-        ends = [float(own[f"parameter_interval_{side}"]) for side in ("lower", "upper")]
+    for name in map(str, ds[FREE].values):
+        own = ds.sel({FREE: name})
+        code = Determination(int(own.parameter_determination))
         value, error = float(own.parameter_value), float(own.parameter_standard_error)
-        line = f"{name}: {value:.7g}"
-        if code is not Determination.AT_BOUND and np.isfinite(ends).all():
+        units = f" {PARAMETERS[name].unit}".rstrip()
+        low, high = _ends(own, "interval")
+        line = f"{name}: {value:.7g}{units}"
+        if code is not Determination.AT_BOUND and np.isfinite([low, high]).all():
             # As many digits as the error has meaning; the file holds all.
             line = f"{name}: {ufloat(value, error):.2uP}{units}"
-            line += f", {100 * LEVEL:g} %: {_interval(*ends)}"
-        else:
-            line += units
+            line += f", {100 * LEVEL:g} %: {_interval(low, high)}"
         if "parameter_profile_lower" in own:
-            ends = [float(own[f"parameter_profile_{side}"]) for side in ("lower", "upper")]
-            line += f", by the profile: {_interval(*ends)}"
-        lines.append(line + _SAID[code])
+            line += f", by the profile: {_interval(*_ends(own, 'profile'))}"
+        lines.append(line + _REMARKS[code])
     return lines
+
+
+def _ends(parameter: xr.Dataset, name: str) -> tuple[float, float]:
+    low, high = (float(parameter[f"parameter_{name}_{side}"]) for side in ("lower", "upper"))
+    return low, high
 
 
 def _interval(low: float, high: float) -> str:
@@ -272,7 +265,7 @@ def _interval(low: float, high: float) -> str:
 
 
 _ANYTHING = 1e6  # ends farther apart by this factor tell of no value
-_SAID = {
+_REMARKS = {
     Determination.DETERMINED: "",
     Determination.UNDETERMINED: "; NOT DETERMINED by these data",
     Determination.AT_BOUND: "; AT ITS BOUND, and taken as fixed there",
@@ -296,13 +289,3 @@ def _statistic_lines(ds: xr.Dataset) -> list[str]:
             f"{data} the basin of this minimum: intervals reach over all others that may be true"
         )
     return lines
-
-
-def units_of(ds: xr.Dataset) -> dict[str, str]:
-    """Return the unit of each measured variable."""
-    return {name: RESULTS[name].units for name in map(str, np.unique(ds.datum_variable.values))}
-
-
-def measurements_of(data: Measurements) -> str:
-    """Return what was measured, in a few words."""
-    return f"{counted(len(data.value), 'value')} of {', '.join(dict.fromkeys(data.variable))}"

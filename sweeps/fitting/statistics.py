@@ -8,17 +8,17 @@ minimum and says nothing else: intervals are those of all others, above the chi2
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, f, t
+from scipy.stats import norm, t
 
-from sweeps.fitting.refinement import Fit, Minimizer, Search
-from sweeps.fitting.together import Together
+from sweeps.fitting.least_squares import Fit, Steps, fit_at, minimum, trial_at
+from sweeps.fitting.refinement import Search
 from sweeps.fitting.trials import STEP, Trial
 from sweeps.measurements import Floats
 
@@ -33,6 +33,8 @@ _LARGE = 1.0
 # Where all standard errors are smaller, valleys are straight.
 _SMALL = 0.05
 _NEARLY, _MOVES = 0.8, 6  # part of a rise that is enough; how often an end is moved
+_LEAST_RISE = 1e-3  # a smaller one says nothing of the distance
+_CLOSE, _TRIES = 0.01, 24  # of an end by the profile: by what part its rise may be off
 _JUST_BEYOND = 1.05  # of an interval: trials at its ends lie within
 _PART = 0.1  # of a direction that changes nothing: what a parameter must have to be in it
 _AT_BOUND = 1e-3  # of the distance of the bounds
@@ -101,19 +103,14 @@ def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Tr
     among them. The standard error becomes that of the longer side. A trial that is better than the
     minimum is another minimum.
     """
-    goal = _goal(fit)
-    loose = [
-        number
-        for number, error in enumerate(known.errors)
-        if 0.0 < error <= _LARGE and math.isfinite(goal)
-    ]
-    sides = [(number, sign) for number in loose for sign in (-1.0, 1.0)]
-    together = Together(search.answers)
-    ends = together.run(lambda side: _end(fit, known, side, goal, together.ask), sides)
-    intervals = known.intervals.copy()
-    for (number, sign), (distance, _) in zip(sides, ends, strict=True):
-        intervals[number, int(sign > 0)] = fit.trial.u[number] + sign * distance
-    worse = [seen for seen in search.sweep if _rise(fit, seen) >= goal]
+    goal, intervals = _goal(fit), known.intervals.copy()
+    sides = _sides(fit, known, fit.left_out) if math.isfinite(goal) else []
+    sides = [side for side in sides if side.error <= _LARGE]
+    curved = bool(np.any(known.errors > _SMALL))
+    ends = search.side_by_side([_end(side, goal, curved) for side in sides])
+    for side, (distance, _) in zip(sides, ends, strict=True):
+        intervals[side.number, side.end] = side.at(distance)
+    worse = [seen for seen in search.sweep if _rise(fit, seen, fit.left_out) >= goal]
     probable = [trial.u for trial in as_probable(fit, known, worse, len(search.sweep))]
     found = _reaching(search, fit, known._replace(intervals=intervals), probable)
     best = min([fit.trial, *(trial for _, trial in ends)], key=lambda trial: trial.cost)
@@ -131,7 +128,7 @@ def covering(search: Search, fit: Fit, known: Statistics, draws: Sequence[Trial]
 def _reaching(search: Search, fit: Fit, known: Statistics, places: Iterable[Floats]) -> Statistics:
     """Return the statistics with intervals that reach to places, and to all that fits as well."""
     goal, intervals = _goal(fit), known.intervals.copy()
-    as_good = (seen.u for seen in search.seen if _rise(fit, seen) < goal)
+    as_good = (seen.u for seen in search.seen if _rise(fit, seen, fit.left_out) < goal)
     for place in (*as_good, *places):
         intervals[:, 0] = np.minimum(intervals[:, 0], place)
         intervals[:, 1] = np.maximum(intervals[:, 1], place)
@@ -158,36 +155,94 @@ def _goal(fit: Fit) -> float:
     return float(t.ppf(0.5 + LEVEL / 2.0, fit.dof)) if fit.dof > 0 else math.nan
 
 
-def _end(
-    fit: Fit, known: Statistics, side: tuple[int, float], goal: float, ask: Any
-) -> tuple[float, Trial]:
+@dataclass(frozen=True)
+class _Side:
+    """A side of a minimum along one parameter, where all others are fitted anew.
+
+    The error is that of the parameter; the `direction` (p,) is that in which all others follow.
+    """
+
+    fit: Fit
+    number: int
+    sign: float
+    error: float
+    direction: Floats
+    left_out: NDArray[np.bool_]
+
+    @property
+    def end(self) -> int:
+        """The place of this side in an interval, and in the bounds."""
+        return int(self.sign > 0)
+
+    @property
+    def room(self) -> float:
+        """The distance of the bound."""
+        return float(abs(self.fit.model.bounds[self.end][self.number] - self.at(0.0)))
+
+    def at(self, distance: float) -> float:
+        """Return the parameter at a distance from the minimum."""
+        return float(self.fit.trial.u[self.number] + self.sign * distance)
+
+    def rise(self, trial: Trial) -> float:
+        """Return how far a trial is above the minimum, in standard errors."""
+        return _rise(self.fit, trial, self.left_out)
+
+    def trial(self, distance: float, near: Trial, enough: float = math.inf) -> Steps[Trial]:
+        """Return the best trial at a distance, or the first one if it rises by enough."""
+        model = self.fit.model
+        further = self.sign * (self.at(distance) - near.u[self.number])
+        place = model.inside(near.u + further * self.direction)
+        place[self.number] = self.at(distance)
+        trial = yield from trial_at(place)
+        if self.rise(trial) >= enough:
+            return trial
+        start = yield from fit_at(model, trial)
+        return (yield from minimum(start, fixed=self.number, left_out=self.left_out)).trial
+
+
+def _sides(fit: Fit, known: Statistics, left_out: NDArray[np.bool_]) -> list[_Side]:
+    """Return both sides of each parameter that has a standard error."""
+    sides = []
+    for number in np.flatnonzero(known.errors > 0.0).tolist():
+        error = float(known.errors[number])
+        direction = np.nan_to_num(known.correlations[:, number] * known.errors / error)
+        sides += [
+            _Side(fit, number, sign, error, sign * direction, left_out) for sign in (-1.0, 1.0)
+        ]
+    return sides
+
+
+def _end(side: _Side, goal: float, curved: bool) -> Steps[tuple[float, Trial]]:
     """Return how far an interval reaches to a side, and the best trial on the way.
 
     `goal` is the root of the rise of chi2 that ends it, in units of its scale.
     """
-    (number, sign), free = side, fit.model.free[side[0]]
-    minimizer = Minimizer(fit.model, ask, left_out=fit.left_out)
-    curved = bool(np.any(known.errors > _SMALL))
-    ahead = sign * known.correlations[:, number] * known.errors / known.errors[number]
-    ahead = np.nan_to_num(ahead)
-    ahead[number] = sign
-    room = free.upper - fit.trial.u[number] if sign > 0 else fit.trial.u[number] - free.lower
-    distance, best, place, before = goal * known.errors[number], fit.trial, fit.trial.u, 0.0
+    distance, best, trial = goal * side.error, side.fit.trial, side.fit.trial
     for _ in range(_MOVES):
-        if distance >= room:
-            return math.inf, best
-        place = fit.model.inside(place + (distance - before) * ahead)
-        place[number] = fit.trial.u[number] + sign * distance
-        trial = minimizer.trial(place)
-        if curved or _rise(fit, trial) < _NEARLY * goal:
-            trial = minimizer.fit(place, number)
+        if distance >= side.room:
+            break
+        trial = yield from side.trial(distance, trial, math.inf if curved else _NEARLY * goal)
         best = min(best, trial, key=lambda each: each.cost)
-        rise = _rise(fit, trial)
+        rise = side.rise(trial)
         if rise >= _NEARLY * goal:
             return distance * max(1.0, goal / rise), best
-        place, before = trial.u.copy(), distance
-        distance *= min(2.0, goal / max(rise, 1e-3))
+        distance *= min(2.0, goal / max(rise, _LEAST_RISE))
     return math.inf, best
+
+
+def _profile_end(side: _Side, goal: float) -> Steps[float]:
+    """Return the distance where the root of the rise of chi2 is `goal`; NaN if out of bounds."""
+    distance, trial, inner, outer = goal * side.error, side.fit.trial, 0.0, side.room
+    for _ in range(_TRIES):
+        if not inner < distance < outer:
+            distance = (inner + outer) / 2.0
+        trial = yield from side.trial(distance, trial)
+        factor = goal / max(side.rise(trial), _LEAST_RISE)
+        if abs(factor - 1.0) < _CLOSE:
+            return distance * factor
+        inner, outer = (distance, outer) if factor > 1.0 else (inner, distance)
+        distance *= min(2.0, factor)
+    return distance if outer < side.room else math.nan
 
 
 def as_probable(fit: Fit, known: Statistics, worse: Sequence[Trial], count: int) -> list[Trial]:
@@ -221,9 +276,9 @@ def log_likelihood(fit: Fit, trial: Trial) -> float:
     return -above / (2.0 * fit.scale)
 
 
-def _rise(fit: Fit, trial: Trial) -> float:
-    """Return how far a trial is above the minimum, in standard errors, by data not at a jump."""
-    above = max(0.0, float(np.sum(trial.residuals[~fit.left_out] ** 2)) - fit.trial.cost)
+def _rise(fit: Fit, trial: Trial, left_out: NDArray[np.bool_]) -> float:
+    """Return how far a trial is above the minimum, in standard errors, by data not left out."""
+    above = max(0.0, float(np.sum(trial.residuals[~left_out] ** 2)) - fit.trial.cost)
     return math.sqrt(above / fit.scale) if fit.scale != 0.0 else math.inf
 
 
@@ -245,40 +300,14 @@ def profile_intervals(search: Search, fit: Fit, known: Statistics) -> Floats:
     """Return intervals (p, 2) of the profile likelihood, on the scales of the parameters.
 
     For each parameter all others are fitted anew; the data are less probable, at the level `LEVEL`,
-    beyond its interval. By lmfit's `conf_interval`. An end is NaN where it is out of bounds, both
-    are for parameters without a standard error.
+    beyond its interval: by Student's t where errors are only known from the residuals. An end is
+    NaN where it is out of bounds, both are for parameters without a standard error.
     """
-    found = np.full((len(fit.trial.u), 2), np.nan)
-    free = fit.model.free
-    names = [each.name for each, error in zip(free, known.errors, strict=True) if error > 0.0]
-    if not names:  # or all are exact
-        return found
-    import lmfit
-
-    together = Together(search.answers)
-
-    def ends(name: str) -> list[float]:
-        around, result = Minimizer(fit.model, together.ask).at(fit.trial.u, known.errors)
-        found = lmfit.conf_interval(around, result, [name], [LEVEL], prob_func=_probability_of(fit))
-        return [value for _, value in found[name]]
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of bounds: an end is NaN then
-        for name, values in zip(names, together.run(ends, names), strict=True):
-            found[[each.name for each in free].index(name)] = [values[0], values[-1]]
-    found[~np.isfinite(found)] = np.nan
-    return found
-
-
-def _probability_of(fit: Fit) -> Any:
-    """Return the probability that a chi2 with a parameter fixed excludes its value.
-
-    By Student's t, squared, where errors are only known from the residuals.
-    """
-
-    def probability(_: Any, other: Any) -> float:
-        rise = max(0.0, other.chisqr - fit.trial.chi2) / fit.scale
-        own = fit.model.data.relative or fit.scale > 1.0
-        return float(f.cdf(rise, 1, fit.dof) if own else chi2.cdf(rise, 1))
-
-    return probability
+    own = fit.model.data.relative or fit.scale > 1.0
+    goal = _goal(fit) if own else float(norm.ppf(0.5 + LEVEL / 2.0))
+    sides = _sides(fit, known, np.zeros_like(fit.left_out))
+    intervals = np.full((len(fit.trial.u), 2), np.nan)
+    ends = search.side_by_side([_profile_end(side, goal) for side in sides])
+    for side, distance in zip(sides, ends, strict=True):
+        intervals[side.number, side.end] = side.at(distance)
+    return intervals

@@ -122,9 +122,13 @@ class OtherUnitError(ExpectedError, ValueError):
 def refuse_other_units(data: Measurements, trials: Sequence[Trial]) -> None:
     """Raise OtherUnitError if a variable has values far from those of the model in all trials."""
     fitted = np.array([trial.fitted for trial in trials])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = data.value / fitted
+    off[~np.isfinite(off)] = np.nan
     for name in dict.fromkeys(data.variable):
-        own = np.array([each == name for each in data.variable])
-        ratios = _ratios(data.value[own], fitted[:, own])
+        own = off[:, np.array(data.variable) == name]
+        ratios = np.nanmedian(own[~np.isnan(own).all(axis=1)], axis=1)  # one of each trial
+        ratios = ratios[ratios != 0.0]
         if not len(ratios):
             continue
         if (ratios < 0.0).all():
@@ -139,15 +143,6 @@ def refuse_other_units(data: Measurements, trials: Sequence[Trial]) -> None:
                 f"the nearest of {len(trials)} trials: are they in {RESULTS[name].units}? are "
                 "frequency, stiffness, area those of your machine (--set, or a config)?"
             )
-
-
-def _ratios(measured: Floats, fitted: Floats) -> Floats:
-    """Return a typical ratio of measured values (n,) to those of each trial (m, n) that has any."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = measured / fitted
-    each = [np.median(row[np.isfinite(row)]) for row in ratios if np.isfinite(row).any()]
-    found = np.array(each, dtype=float)
-    return np.asarray(found[found != 0.0])
 
 
 @dataclass(frozen=True)
@@ -185,30 +180,21 @@ class Model:
             for trial, rows, found in zip(trials, missing, again, strict=True)
         ]
 
-    def all_slopes(
-        self, trials: Sequence[Trial], budget: Budget | None
-    ) -> list[tuple[Floats, NDArray[np.bool_]]]:
+    def beside(self, trial: Trial) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return the places (2 p, p) whose trials give derivatives, and the rows wanted there.
+
+        They are a step above, then a step below. A row that does not repeat has no derivative:
+        mostly it is chaos, which costs more than all others.
+        """
+        steps = STEP * np.concatenate([np.eye(len(self.free)), -np.eye(len(self.free))])
+        return trial.u + steps, np.tile(trial.is_settled, (len(steps), 1))
+
+    def slopes(self, trial: Trial, beside: Sequence[Trial]) -> tuple[Floats, NDArray[np.bool_]]:
         """Return derivatives (n, p) of the residuals, and which data (n,) are next to a jump.
 
         By differences over steps to both sides, or to the one on which the motion stays of its
-        kind: a derivative across a jump is none. Where both are beyond a jump, it is 0. Those of
-        all trials are computed together.
+        kind: a derivative across a jump is none. Where both are beyond a jump, it is 0.
         """
-        if not trials:
-            return []
-        steps = STEP * np.concatenate([np.eye(len(self.free)), -np.eye(len(self.free))])
-        moved = np.concatenate([trial.u + steps for trial in trials])
-        # Elsewhere there is no derivative: mostly chaos, which costs more than all others.
-        ok = np.array([trial.is_settled for trial in trials])
-        beside = self.trials(moved, budget, np.repeat(ok, len(steps), axis=0))
-        size = len(steps)
-        return [
-            self._slopes(trial, beside[size * number : size * (number + 1)])
-            for number, trial in enumerate(trials)
-        ]
-
-    def _slopes(self, trial: Trial, beside: Sequence[Trial]) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return derivatives and jumps from trials a step above, then a step below."""
         count, row = len(self.free), self.data.row
         ok: NDArray[np.bool_] = trial.is_settled[row]
         slopes, at_jump = np.zeros((len(ok), count)), np.zeros(len(ok), dtype=bool)
@@ -288,8 +274,13 @@ class Model:
 
     @cached_property
     def lost(self) -> float:
-        """Return the residual of a datum without a value, more than any that a fit could end with.
+        """The residual of a datum without a value, more than any that a fit could end with.
 
         All values are known to be of the order of the model's, or they are refused.
         """
-        return _LOST * float(np.linalg.norm(self.data.value / self.data.error))
+        return _LOST * math.sqrt(self.squares)
+
+    @cached_property
+    def squares(self) -> float:
+        """The chi2 of a model that gives 0 everywhere."""
+        return float(np.sum((self.data.value / self.data.error) ** 2))

@@ -122,7 +122,7 @@ def bokeh_is_there(request: pytest.FixtureRequest) -> None:
     if "report" in request.node.name:
         pytest.importorskip("bokeh", reason="bokeh is not installed")
     if "fit" in request.node.name:
-        pytest.importorskip("lmfit", reason="lmfit is not installed")
+        pytest.importorskip("uncertainties", reason="uncertainties is not installed")
 
 
 def with_parts(shell: Shell, name: str) -> Verb:

@@ -26,7 +26,8 @@ from sweeps.config.load import from_mapping
 from sweeps.exits import ExpectedError
 from sweeps.fitting import trials
 from sweeps.fitting.fitting import best_of, model_of
-from sweeps.fitting.refinement import PATIENCE, Fit, Question, Search, minimum
+from sweeps.fitting.least_squares import Fit, Steps, minimum, trial_at
+from sweeps.fitting.refinement import PATIENCE, Search
 from sweeps.fitting.sampling import drawn
 from sweeps.fitting.statistics import (
     Determination,
@@ -35,7 +36,7 @@ from sweeps.fitting.statistics import (
     statistics_of,
     widened,
 )
-from sweeps.fitting.trials import Trial
+from sweeps.fitting.trials import Model, Trial
 from sweeps.measurements import read_data
 
 Floats = NDArray[np.float64]
@@ -81,6 +82,11 @@ def forces(**values: float) -> Floats:
     return made_rows(rows, Options())[:, RESULT_COLUMNS.index("friction_force_amplitude")]
 
 
+def slopes_at(model: Model, trial: Trial) -> tuple[Floats, NDArray[np.bool_]]:
+    places, rows = model.beside(trial)
+    return model.slopes(trial, model.trials(places, PATIENCE, rows))
+
+
 TRUE = {"viscosity_coefficient": 7e4, "rheological_index": -0.55}
 
 
@@ -117,18 +123,68 @@ def test_intervals_hold_the_truth_as_often_as_they_say(made: None) -> None:
     assert 0.90 <= np.mean(held) <= 0.99
 
 
-def test_a_fit_that_runs_out_of_evaluations_keeps_its_best_trial(made: None) -> None:
-    """A slope leads over the edge of a jump, and lmfit returns the last trial, which is there."""
+def test_a_fit_that_runs_out_of_evaluations_keeps_its_best_trial(
+    made: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A slope leads over the edge of a jump, and the last trial is there."""
     model = model_of(read_data({"T": T, "F_max": forces(**TRUE)}), "k", from_mapping({}))
     start = np.array([math.log(7e4)])
 
-    def ask(asked: Question) -> Any:
-        if asked.trial is not None:
-            return np.full((10, 1), -1.0), np.zeros(10, dtype=bool)
-        off = float(asked.u[0] - start[0])
-        return _trial(asked.u, 10.0 * (1.0 - off) ** 2 if off < 1e-3 else 1e3)
+    def chi2(place: Floats) -> float:
+        off = float(place[0] - start[0])
+        return 10.0 * (1.0 - off) ** 2 if off < 1e-3 else 1e3
 
-    assert minimum(model, start, ask, 8).trial.chi2 <= 10.0
+    slopes, at_jump = np.full((10, 1), -1.0), np.zeros(10, dtype=bool)
+    search = Search(model)
+    monkeypatch.setattr(
+        Model, "trials", lambda _self, places, *_: [_trial(place, chi2(place)) for place in places]
+    )
+    begin = Fit(model, _trial(start, chi2(start)), slopes, at_jump)
+    (found,) = search.side_by_side([minimum(begin, 5)])
+    assert found.trial.chi2 <= 10.0
+    assert search.seen[-1].chi2 == 1e3
+
+
+def test_what_several_calculations_ask_for_is_one_call_until_they_end(
+    made: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = model_of(read_data({"T": T, "F_max": forces(**TRUE)}), "k", from_mapping({}))
+    search = Search(model)
+    calls: list[int] = []
+
+    def counted(rows: Floats, *others: Any) -> Floats:
+        calls.append(len(rows))
+        return made_rows(rows, *others)
+
+    def asked(times: int) -> Steps[list[float]]:
+        found = []
+        for each in range(times):
+            trial = yield from trial_at(np.log([1e4 * (each + times)]))
+            found.append(float(trial.u[0]))
+        return found
+
+    monkeypatch.setattr(trials, "orbit_rows", counted)
+    found = search.side_by_side([asked(times) for times in (1, 3, 2)])
+    assert [np.exp(each).round(6).tolist() for each in found] == [
+        [1e4],
+        [3e4, 4e4, 5e4],
+        [2e4, 3e4],
+    ]
+    assert calls == [30, 20, 10]
+    assert search.computed == len(search.seen) == 6
+    assert search.side_by_side([]) == []
+
+
+def test_steps_of_a_fit_end_at_the_bounds(made: None) -> None:
+    """A parameter stops at its bound, and the others are found there."""
+    table = {"T": T, "F_max": forces(**TRUE)}
+    search = Search(model_of(read_data(table), {"k": (1e5, 1e6), "gamma": None}, from_mapping({})))
+    found = search.run()
+    assert found.trial.u[0] == search.model.bounds[0][0]
+    along = found.slopes[:, 1] @ found.trial.residuals
+    assert abs(along) < 1e-4 * np.linalg.norm(found.slopes[:, 1]) * np.linalg.norm(
+        found.trial.residuals
+    )
 
 
 def test_a_parameter_that_changes_nothing_is_named(made: None) -> None:
@@ -170,10 +226,10 @@ def test_trials_without_an_orbit_are_finite_and_chaos_has_its_error(made: None) 
     error = 0.03 / 3.0 * chaotic.fitted[0] / 1e-5
     assert chaotic.residuals[0] == pytest.approx(np.hypot(off[0], error))
     assert chaotic.residuals[1:] == pytest.approx(off[1:])
-    slopes, at_jump = model.all_slopes([good, chaotic], PATIENCE)[0]
+    slopes, at_jump = slopes_at(model, good)
     assert not at_jump.any()
     assert (slopes != 0.0).all()
-    slopes, at_jump = model.all_slopes([chaotic], PATIENCE)[0]
+    slopes, at_jump = slopes_at(model, chaotic)
     assert at_jump[0]
     assert slopes[0] == 0.0
 
@@ -376,7 +432,7 @@ def test_a_plateau_may_hold_the_truth_that_a_narrow_minimum_misses(made: None) -
 
 def _trial(u: Floats, chi2: float) -> Trial:
     residuals = np.full(10, math.sqrt(chi2 / 10.0))
-    return Trial(u, residuals, residuals, failed_row(Status.OK)[None])
+    return Trial(u, residuals, residuals, np.tile(failed_row(Status.OK), (10, 1)))
 
 
 @pytest.mark.stress
@@ -396,7 +452,7 @@ def test_a_derivative_stays_on_its_side_of_a_jump(made: None) -> None:
     near = {"T": [JUMP - 1e-4, 200.0], "F_max": [2e-3, 2e-3]}
     model = model_of(read_data(near), "k", from_mapping({}))
     (trial,) = model.trials(np.array([[math.log(7e4)]]), PATIENCE)
-    slopes, at_jump = model.all_slopes([trial], PATIENCE)[0]
+    slopes, at_jump = slopes_at(model, trial)
     assert at_jump.tolist() == [True, False]
     assert slopes[0, 0] == pytest.approx(slopes[1, 0], rel=0.5)  # a jump: 1000 times
 
@@ -422,9 +478,9 @@ def test_configs_that_cannot_be_fitted(config: dict[str, Any], said: str) -> Non
         sweeps.fit({"T": [200.0], "F_max": [3e-3]}, "k", config)
 
 
-def test_without_lmfit_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_uncertainties_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(ExpectedError, match=r"pip install 'lmfit>=1\.3\.2'"):
+    with pytest.raises(ExpectedError, match=r"pip install 'uncertainties>=3\.2'"):
         sweeps.fit({"T": [200.0], "F_max": [3e-3]}, "k")
 
 
