@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -127,21 +127,13 @@ def table_of(path: Path) -> Cells:
     Lines that begin with `#` are comments; where the first row has numbers, its names are in the
     last comment before it, as `numpy.savetxt` writes them. Raises DataError.
     """
-    try:
-        text = text_of(path, _MOST_MIB, "table")
-        if "\0" in text:  # as UTF-16 without a mark has, which is UTF-8 to the decoder
-            raise NotTextError(text.count("\n", 0, text.index("\0")) + 1)
-    except OSError as error:
-        raise UnreadableError(f"{path} cannot be read: {reason(error)}") from None
-    except NotTextError as error:
-        raise DataError(f"{path}:{error.line}: {error}") from None
-    rows = list(_rows(path, text))
+    rows = _rows(path)
     body = [row for row in rows if not _is_comment(row[1][0])]
     if body and _holds_numbers(body[0][1]):
         body.insert(0, _names_in_comment(path, rows, body[0]))
     if len(body) < 2:
         raise DataError(f"{path} holds no data: a line of names comes first, then the values")
-    (head, header), body = body[0], body[1:]
+    (head, header), *values = body
     if len(header) == 1 and re.search(r"[;\t]", header[0]):
         raise DataError(
             f"{path}:{head}: cells are separated by commas, and decimals have a point; "
@@ -149,7 +141,7 @@ def table_of(path: Path) -> Cells:
         )
     if len(header) > _MOST_COLUMNS:
         raise DataError(f"{path}:{head}: has {len(header)} columns, which no table has")
-    return Cells(str(path), header, [row for _, row in body], [line for line, _ in body], head)
+    return Cells(str(path), header, [row for _, row in values], [line for line, _ in values], head)
 
 
 def number_in(cell: Any, *, may_be_empty: bool = False) -> float:
@@ -162,36 +154,38 @@ def number_in(cell: Any, *, may_be_empty: bool = False) -> float:
         value = float(cell.replace("\N{MINUS SIGN}", "-") if isinstance(cell, str) else cell)
     except (TypeError, ValueError, OverflowError):
         value = math.nan
-    if math.isnan(value):
-        hint = _hint(str(cell), may_be_empty=may_be_empty)
-        raise ValueError(f"must be a number in SI units, not {shortened(str(cell))!r}{hint}")
-    return value
-
-
-def _hint(text: str, *, may_be_empty: bool) -> str:
-    """Return what to do about a text that is no number; empty where nobody knows."""
+    if not math.isnan(value):
+        return value
+    text, hint = str(cell), ""
     if _MISSING.fullmatch(text):
-        if may_be_empty:
-            return "; leave the cell empty where nothing was measured"
-        return "; each row needs a value here"
-    if "," in text:
-        return " (decimals have a point, and thousands are not separated)"
-    return "; write the number alone" if _WITH_UNIT.fullmatch(text) else ""
+        optional = "leave the cell empty where nothing was measured"
+        hint = f"; {optional if may_be_empty else 'each row needs a value here'}"
+    elif "," in text:
+        hint = " (decimals have a point, and thousands are not separated)"
+    elif _WITH_UNIT.fullmatch(text):
+        hint = "; write the number alone"
+    raise ValueError(f"must be a number in SI units, not {shortened(text)!r}{hint}")
 
 
-def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows that are not empty, with their lines; raises DataError."""
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the rows of a CSV file that are not empty, with their lines; raises DataError."""
+    try:
+        text = text_of(path, _MOST_MIB, "table")
+        if "\0" in text:  # as UTF-16 without a mark has, which is UTF-8 to the decoder
+            raise NotTextError(text.count("\n", 0, text.index("\0")) + 1)
+    except OSError as error:
+        raise UnreadableError(f"{path} cannot be read: {reason(error)}") from None
+    except NotTextError as error:
+        raise DataError(f"{path}:{error.line}: {error}") from None
     reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True)
     try:
-        for row in reader:
-            cells = [cell.strip() for cell in row]
-            if any(cells):
-                yield reader.line_num, cells
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
     except csv.Error:  # it reads all else as some cell
         raise DataError(
             f"{path}:{reader.line_num}: a cell has more than {csv.field_size_limit()} characters; "
             "is a closing quote missing?"
         ) from None
+    return [(line, cells) for line, cells in rows if any(cells)]
 
 
 def _is_comment(first: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.variables import BY_SYMBOL, PARAMETERS, RESULTS, canonical_name
+from stickslip.variables import (
+    BY_SYMBOL,
+    PARAMETERS,
+    RESULTS,
+    canonical_name,
+    canonical_result,
+)
 from sweeps.human import did_you_mean
 from sweeps.input_files import Cells, DataError, Floats, number_in, table_of
 from sweeps.paths import path_of
@@ -22,19 +28,15 @@ if TYPE_CHECKING:
 
     Table: TypeAlias = str | Path | pd.DataFrame | Mapping[str, Sequence[float]]
 
-__all__ = ["MEASURABLE", "DataError", "Floats", "Measurements", "columns_of", "read_data"]
+__all__ = ["DataError", "Floats", "Measurements", "read_data"]
 
 _ERROR = "_error"
-
-MEASURABLE: Mapping[str, str] = {
-    spelling: name
+# The variables that can be measured: those with a unit, but no errors.
+_MEASURABLE = [
+    name
     for name, variable in RESULTS.items()
     if variable.dtype == "f8" and variable.unit and not name.endswith(_ERROR)
-    for spelling in (name, variable.symbol)
-}
-"""The variables that can be measured, by name and symbol: those with a unit, but no errors."""
-
-
+]
 # A unit behind a name, and parts of the names that errors have in a laboratory.
 _UNIT = re.compile(r"\s*[(\[/].*$")
 _ERRORS = ("err", "std", "sd", "uncert", "sigma", "df", "±")
@@ -72,9 +74,32 @@ def read_data(source: Table) -> Measurements:
     """
     table = table_of(path_of(source)) if isinstance(source, (str, Path)) else _in_python(source)
     roles = _roles(table)
-    table.raise_problems()
     columns = table.columns(roles, _number)
-    return _measurements(table, columns, {name for name in roles if name in PARAMETERS})
+    relative = not any(role.endswith(_ERROR) for role in roles)
+    data = []
+    for name in (role for role in roles if role in _MEASURABLE):
+        errors = np.abs(columns[name]) if relative else columns[name + _ERROR]
+        for row in np.flatnonzero(~np.isnan(columns[name])).tolist():
+            data.append((name, row, columns[name][row], errors[row]))
+            if not errors[row] > 0:
+                remedy = (
+                    "errors are relative to the values" if relative else "a value needs its error"
+                )
+                column = table.header[roles[name]]
+                what = f"a value without an error ({remedy}); fill the column {column}{_ERROR}"
+                table.refuse(what, table.lines[row], column)
+    table.raise_problems()
+    if not data:
+        raise DataError("no value was measured: all their cells are empty")
+    names, rows, values, uncertainties = zip(*data, strict=True)
+    return Measurements(
+        parameters={role: columns[role] for role in roles if role in PARAMETERS},
+        variable=names,
+        row=np.array(rows, dtype=np.int64),
+        value=np.array(values),
+        error=np.array(uncertainties),
+        relative=relative,
+    )
 
 
 def _in_python(source: Any) -> Cells:
@@ -97,7 +122,10 @@ def _in_python(source: Any) -> Cells:
 
 
 def _roles(table: Cells) -> dict[str, int]:
-    """Return the place of each column by its role: a full name, with `_error` behind it."""
+    """Return the place of each column by its role, a full name, with `_error` behind it.
+
+    Raises DataError with all mistakes of the names.
+    """
     roles: dict[str, int] = {}
     for place, name in enumerate(table.header):
         role = _role(name)
@@ -107,54 +135,49 @@ def _roles(table: Cells) -> dict[str, int]:
             table.refuse(f"{role} is given twice; leave one out", table.head, name)
         else:
             roles[role] = place
-    measured = [role for role in roles if role in MEASURABLE]
+    measured = [role for role in roles if role in _MEASURABLE]
     for role in roles:
         if role.endswith(_ERROR) and role.removesuffix(_ERROR) not in measured:
             what = f"there is no column {role.removesuffix(_ERROR)} that these are the errors of"
             table.refuse(what, table.head, role)
     if not measured:
-        known = ", ".join(
-            f"{name} ({RESULTS[name].symbol})" for name in RESULTS if name in MEASURABLE
-        )
+        known = ", ".join(f"{name} ({RESULTS[name].symbol})" for name in _MEASURABLE)
         table.refuse(f"no column is a measured variable; there are {known}", table.head)
     lacking = [name for name in measured if name + _ERROR not in roles]
-    if lacking and len(lacking) < len(measured):
+    if 0 < len(lacking) < len(measured):
         what = "give errors of all measured variables or of none; there are none of"
         table.refuse(f"{what} {', '.join(lacking)}", table.head)
+    table.raise_problems()
     return roles
 
 
 def _role(name: str) -> str | None:
+    """Return the full name of a column, None where there is none."""
     if parameter := canonical_name(name):
         return parameter
-    if measured := MEASURABLE.get(name):
-        return measured
-    measured = MEASURABLE.get(name.removesuffix(_ERROR))
-    return measured + _ERROR if measured and name.endswith(_ERROR) else None
+    bare = name.removesuffix(_ERROR)
+    measured = canonical_result(bare)
+    return measured + name[len(bare) :] if measured in _MEASURABLE else None
 
 
 def _unknown(name: str) -> str:
-    known = [
-        *PARAMETERS,
-        *BY_SYMBOL,
-        *MEASURABLE,
-        *(f"{measured}{_ERROR}" for measured in MEASURABLE),
-    ]
-    what = "is neither a parameter nor a measured variable nor the error of one"
+    """Return what is wrong with the name of a column, and what may be meant."""
     bare = _UNIT.sub("", name)
     units = "" if bare == name else "; a name has no unit, since all values are in SI units"
+    measured = [*_MEASURABLE, *(RESULTS[each].symbol for each in _MEASURABLE)]
+    known = [*PARAMETERS, *BY_SYMBOL, *measured, *(each + _ERROR for each in measured)]
     meant = _meant(bare.lower())
     hint = f" (did you mean {meant!r}?)" if meant else did_you_mean(bare, known)
+    what = "is neither a parameter nor a measured variable nor the error of one"
     return what + (hint + units or "; rename it or leave it out")
 
 
 def _meant(word: str) -> str:
     """Return the column that a word of a laboratory stands for; empty for other words."""
-    stress = "stress" in word
-    measured = "elastic_stress_amplitude" if stress else "F_max"
+    measured = "elastic_stress_amplitude" if "stress" in word else "F_max"
     if any(part in word for part in _ERRORS):
         return measured + _ERROR
-    is_force = stress or "force" in word or "friction" in word or word == "f"
+    is_force = word == "f" or any(part in word for part in ("stress", "force", "friction"))
     return measured if is_force else ""
 
 
@@ -173,41 +196,3 @@ def _number(cell: Any, role: str) -> float:
     if complaint:
         raise ValueError(complaint)
     return value
-
-
-def _measurements(
-    table: Cells, columns: Mapping[str, Floats], parameters: set[str]
-) -> Measurements:
-    measured = [name for name in columns if name in MEASURABLE]
-    relative = not any(name.endswith(_ERROR) for name in columns)
-    data = [
-        (name, row, value, abs(value) if relative else columns[name + _ERROR][row])
-        for name in measured
-        for row, value in enumerate(columns[name].tolist())
-        if not math.isnan(value)
-    ]
-    for name, row, _, error in data:
-        if not error > 0:
-            remedy = "errors are relative to the values" if relative else "a value needs its error"
-            column = next(c for c in table.header if MEASURABLE.get(c) == name)
-            what = f"a value without an error ({remedy}); fill the column {column}{_ERROR}"
-            table.refuse(what, table.lines[row], column)
-    table.raise_problems()
-    if not data:
-        raise DataError("no value was measured: all their cells are empty")
-    names, rows, values, errors = zip(*data, strict=True)
-    return Measurements(
-        parameters={name: columns[name] for name in columns if name in parameters},
-        variable=names,
-        row=np.array(rows, dtype=np.int64),
-        value=np.array(values),
-        error=np.array(errors, dtype=float),
-        relative=relative,
-    )
-
-
-def columns_of(data: Measurements) -> Iterator[tuple[str, Floats]]:
-    """Yield parameters that differ between rows, with their values (rows,)."""
-    for name, values in data.parameters.items():
-        if np.ptp(values) > 0:
-            yield name, values
