@@ -48,6 +48,7 @@ _RECOMBINATION = 1.0
 
 _PARTS = 16  # of the box along a parameter that is not determined
 _STARTS, _APART = 3, 0.1  # fits of other kinds, and apart from each other by a part of the box
+_CLOSE_BY = 1e-3  # the same of fits that end at one jump
 
 _FEW_EVALUATIONS = 12  # of a fit that is only compared with others
 
@@ -185,17 +186,21 @@ class Search:
 
         A kind of its own may have the best minimum in a place too narrow for the evolution.
         """
-        low, high = np.array([each.box for each in self.model.free]).T
         ranked = sorted(trials, key=_by_cost)
         of_kinds = {trial.signature: trial for trial in reversed(ranked)}
         chosen = sorted(of_kinds.values(), key=_by_cost)[:_STARTS]
-        apart: list[Trial] = []
-        for trial in ranked:
-            near = (np.all(np.abs(trial.u - one.u) < _APART * (high - low)) for one in apart)
-            if len(apart) < _STARTS and not any(near):
-                apart.append(trial)
+        apart = self._apart(ranked, _APART)
         hopeful = self._hopeful(of_kinds.values())[:_STARTS]
         return [*{id(trial): trial for trial in (*chosen, *hopeful, *apart)}.values()]
+
+    def _apart(self, ranked: Sequence[Trial], part: float) -> list[Trial]:
+        """Return the first trials that are apart from each other by a part of the box."""
+        apart: list[Trial] = []
+        for trial in ranked:
+            near = (np.all(np.abs(trial.u - one.u) < part * self.model.wide) for one in apart)
+            if len(apart) < _STARTS and not any(near):
+                apart.append(trial)
+        return apart
 
     def glance(self, places: Floats) -> list[Trial]:
         """Return trials at places (m, p) that show where to look."""
@@ -236,7 +241,11 @@ class Search:
 
     def _finished(self, fit: Fit) -> Fit:
         """Return the minimum next to the end of a short fit, with orbits as a sweep has them."""
-        fit = self._best_from([fit.trial], EVALUATIONS)
+        starts = [fit.trial]
+        if fit.at_jump.any():  # a fit ends where it meets the jump, others meet it elsewhere
+            alike = (seen for seen in self.seen if seen.signature == fit.trial.signature)
+            starts = self._apart(starts + sorted(alike, key=_by_cost), _CLOSE_BY)
+        fit = self._best_from(starts, EVALUATIONS)
         return self._best(self.side_by_side([settled(fit, self._least())]))
 
     def _best(self, fits: Sequence[Fit]) -> Fit:
