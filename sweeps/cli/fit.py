@@ -155,17 +155,6 @@ def _write(ds: xr.Dataset, outputs: Outputs) -> None:
 
 def _warn(ds: xr.Dataset) -> None:
     """Say what the data do not tell; end the command where they could not all be fitted."""
-    _warn_of_parameters(ds)
-    if lost := int(ds.fitted_value.isnull().sum()):
-        say(
-            f"warning: {lost} of {ds.sizes['datum']} data have no fitted value: no orbit was "
-            "found; chi2 is that of the others"
-        )
-        raise typer.Exit(Exit.FAILED_POINTS)
-
-
-def _warn_of_parameters(ds: xr.Dataset) -> None:
-    """Say which parameters the data do not determine, and which end at a bound."""
     names, codes = ds.free_parameter.values, ds.parameter_determination.values
     if undetermined := ", ".join(names[codes == 1]):
         say(f"warning: not determined by these data: {undetermined}")
@@ -175,3 +164,9 @@ def _warn_of_parameters(ds: xr.Dataset) -> None:
             f"warning: {every} at a bound: {bounded}; nothing within the ranges describes the "
             "data: are they in SI units, and are the other parameters those of the machine?"
         )
+    if lost := int(ds.fitted_value.isnull().sum()):
+        say(
+            f"warning: {lost} of {ds.sizes['datum']} data have no fitted value: no orbit was "
+            "found; chi2 is that of the others"
+        )
+        raise typer.Exit(Exit.FAILED_POINTS)

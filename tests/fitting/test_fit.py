@@ -33,6 +33,7 @@ from sweeps.fitting.statistics import (
     Determination,
     Statistics,
     as_probable,
+    profile_intervals,
     statistics_of,
     widened,
 )
@@ -206,6 +207,25 @@ def test_an_interval_reaches_over_all_that_fits(made: None) -> None:
     known, best = widened(search, found, by_slope)
     assert known.determination.tolist() == [Determination.UNDETERMINED]
     assert best.chi2 == found.trial.chi2
+
+
+def test_a_profile_ends_where_chi2_has_risen_and_has_no_end_out_of_bounds(made: None) -> None:
+    """On a grid of the other parameter chi2 is least by the rise that the level asks for."""
+    exact = forces(**TRUE)
+    table = {"T": T, "F_max": exact * (1.0 + 0.02 * (-1.0) ** np.arange(10))}
+    table["F_max_error"] = 0.01 * exact
+    free = {"k": (5e4, 7.2e4), "gamma": None}
+    search = Search(model_of(read_data(table), free, from_mapping({})))
+    found = search.run()
+    known = statistics_of(found)
+    low, high = profile_intervals(search, found, known)[0]
+    assert math.isnan(high)
+    assert low == pytest.approx(known.intervals[0, 0], abs=0.2 * known.errors[0])
+    gammas = found.trial.u[1] + np.linspace(-0.1, 0.1, 2001)
+    places = np.column_stack([np.full_like(gammas, low), gammas])
+    rise = min(trial.chi2 for trial in search.model.trials(places, PATIENCE)) - found.trial.chi2
+    goal = student.ppf(0.975, found.dof) ** 2 * found.scale
+    assert rise == pytest.approx(goal, rel=0.03)
 
 
 def test_a_parameter_at_its_bound_is_named(made: None) -> None:
