@@ -9,29 +9,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.parameters import ParameterError
-from stickslip.variables import PARAMETERS, full_names
+from stickslip.distributions import (
+    Distribution,
+    DistributionError,
+    Normal,
+    Range,
+    distribution_of,
+)
+from stickslip.variables import full_names
 
 
 class BoxError(ValueError):
     """A box that is none, or that gives no indices; the message says why, and what would help."""
-
-
-class Range(NamedTuple):
-    """The values between which a parameter varies, evenly or evenly in its logarithm."""
-
-    low: float
-    high: float
-    logarithmic: bool = False
-
-    def __str__(self) -> str:
-        return f"{'log ' if self.logarithmic else ''}[{self.low:.17g}, {self.high:.17g}]"
-
-    def values(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the values at numbers in [0, 1)."""
-        if self.logarithmic:
-            return self.low * (self.high / self.low) ** unit
-        return self.low + (self.high - self.low) * unit
 
 
 class Design(NamedTuple):
@@ -41,11 +30,11 @@ class Design(NamedTuple):
     each of the d parameters: A, B, then the mixtures.
     """
 
-    box: Mapping[str, Range]
+    box: Mapping[str, Distribution]
     columns: dict[str, NDArray[np.float64]]
 
     @classmethod
-    def of(cls, box: Mapping[str, Range], base_points: int, seed: int) -> Design:
+    def of(cls, box: Mapping[str, Distribution], base_points: int, seed: int) -> Design:
         """Draw a scrambled Sobol sequence of so many base points, a power of 2."""
         from scipy.stats import qmc
 
@@ -69,36 +58,17 @@ class Design(NamedTuple):
         return {name: column.ravel() for name, column in self.columns.items()}
 
 
-def box_of(box: Mapping[str, Any]) -> tuple[dict[str, Range], dict[str, float]]:
-    """Return the ranges of the varied parameters, and the values of the others."""
-    ranges, fixed = {}, {}
+def box_of(box: Mapping[str, Any]) -> tuple[dict[str, Distribution], dict[str, float]]:
+    """Return the distributions of the varied parameters, and the values of the others."""
+    varied, fixed = {}, {}
     for name, written in full_names(box).items():
-        if np.ndim(written) == 0 and not isinstance(written, (Mapping, Range)):
+        if np.ndim(written) == 0 and not isinstance(written, (Mapping, Range, Normal)):
             fixed[name] = written
-        else:
-            ranges[name] = _range_of(name, written)
-    if not ranges:
+            continue
+        try:
+            varied[name] = distribution_of(name, written)
+        except DistributionError as error:
+            raise BoxError(f"{name}: {error}") from None
+    if not varied:
         raise BoxError("no parameter varies; give a range, such as {'temperature': (200, 280)}")
-    return ranges, fixed
-
-
-def _range_of(name: str, written: Any) -> Range:
-    """Return a range, as the caller wrote it."""
-    if isinstance(written, Range):
-        ends, logarithmic = written[:2], written.logarithmic
-    else:
-        logarithmic = isinstance(written, Mapping)
-        ends = written.get("log") if logarithmic else written
-    try:
-        low, high = map(float, ends)
-    except (TypeError, ValueError):
-        raise BoxError(
-            f"{name}: a range is (low, high) or {{'log': (low, high)}}, not {written!r}"
-        ) from None
-    for end in (low, high):
-        if complaint := PARAMETERS[name].complaint(end):
-            raise ParameterError(f"{name} {complaint}")
-    if not low < high or (logarithmic and low <= 0.0):
-        rule = "rise from low to high" + (", both above 0" if logarithmic else "")
-        raise BoxError(f"{name}: a range must {rule}, not from {low:g} to {high:g}")
-    return Range(low, high, logarithmic)
+    return varied, fixed

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.distributions import Distribution, DistributionError, Range, of_parameter
 from stickslip.options import NO_NOISE, STOCHASTIC, methods_for
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
@@ -92,11 +93,21 @@ def _drawn(document: Document, sample: Sample) -> dict[str, tuple[float, ...]]:
         message = "draws the cases, and `cases` lists them; keep one of the two"
         document.refuse(message, "sample")
         return {}
-    valid = [
-        _are_valid(document, document.path_of(name), name, low, high)
-        for name, (low, high, _) in sample.ranges.items()
-    ]
+    valid = [_is_sound(document, name, drawn) for name, drawn in sample.written.items()]
     return sample.cases() if all(valid) else {}
+
+
+def _is_sound(document: Document, name: str, drawn: Distribution) -> bool:
+    """Return whether a distribution leaves a parameter values that it may have."""
+    path = document.path_of(name)
+    if isinstance(drawn, Range):
+        return _are_valid(document, path, name, drawn.low, drawn.high)
+    try:
+        of_parameter(drawn, name)
+    except DistributionError as error:
+        document.refuse(str(error), *path)
+        return False
+    return True
 
 
 def _one_case(document: Document, config: Config, case: object) -> Config:

@@ -40,10 +40,13 @@ def json_schema() -> dict[str, Any]:
     groups["Number"] = _name_parameters(keys["model"], "Number", dict)
     for mapping in (keys["sweep"], keys["cases"], schedule):
         groups["Axis"] = _name_parameters(mapping, "Axis", lambda bounds: {"items": bounds})
-    groups["Range"] = _name_parameters(
+    groups["Distribution"] = _name_parameters(
         groups["Sample"],
-        "Range",
-        lambda bounds: {"items": bounds, "properties": {"log": {"items": bounds}}},
+        "Distribution",
+        lambda bounds: {
+            "items": bounds,
+            "properties": {"log": {"items": bounds}},
+        },
     )
     for name in STARTING:  # a run begins once
         del schedule["properties"][name], schedule["properties"][PARAMETERS[name].symbol]

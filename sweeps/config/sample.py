@@ -14,41 +14,46 @@ from pydantic import (
     model_validator,
 )
 
-from stickslip.boxes import Range
+from stickslip.distributions import (
+    FORMS,
+    Distribution,
+    as_written,
+    distribution,
+    of_parameter,
+)
 from sweeps.config.axes import Count, Pair
 from sweeps.config.group import Group
 from sweeps.config.numbers import full_name
 
 
-class Logarithmic(Group):
-    """A range that is drawn evenly in the logarithm."""
+class _Named(Group):
+    """A distribution by its name."""
 
     example: ClassVar[str] = "{log: [low, high]}"
 
-    log: Pair
+    log: Pair | None = Field(None, description="a range, drawn evenly in the logarithm")
+    uniform: Pair | None = Field(None, description="a range")
+    normal: Pair | None = Field(None, description="mean and standard deviation")
+    lognormal: Pair | None = Field(
+        None, description="median, and standard deviation of the logarithm"
+    )
 
 
 _PAIR = TypeAdapter(Pair)
 
 
-def _range(written: object) -> Range:
-    """Return a range as it was written; raises ValueError."""
-    logarithmic = isinstance(written, dict)
-    ends = written.get("log") if isinstance(written, dict) else written
-    if not isinstance(ends, list) or len(ends) != 2:
-        raise ValueError("must be [low, high], or {log: [low, high]}")
-    if logarithmic:
-        ends = Logarithmic.model_validate(written).log
-    low, high = _PAIR.validate_python(ends)
-    if not low < high:
-        raise ValueError(f"must rise from low to high, not from {low:g} to {high:g}")
-    if logarithmic and low <= 0:
-        raise ValueError(f"no logarithm leads from {low:g} to {high:g}: both must be above 0")
-    return Range(low, high, logarithmic)
+def _distribution(written: object) -> Distribution:
+    """Return a distribution as it was written; raises ValueError."""
+    kind, numbers = as_written(written)
+    if not isinstance(numbers, list) or len(numbers) != 2:
+        raise ValueError(f"must be {FORMS}")
+    if isinstance(written, dict):
+        numbers = getattr(_Named.model_validate(written), kind)
+    return distribution(kind, *_PAIR.validate_python(numbers))
 
 
 class Sample(Group):
-    """Points drawn from a box, as linked values; NAME: [low, high] or {log: [low, high]}."""
+    """Points drawn from a box, as linked values; NAME: [low, high], or a named distribution."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -59,7 +64,9 @@ class Sample(Group):
     # The parameters, by their full names.
     __pydantic_extra__: dict[
         Annotated[str, AfterValidator(lambda key: full_name(key, *Sample.model_fields))],
-        Annotated[Range, PlainValidator(_range, json_schema_input_type=Pair | Logarithmic)],
+        Annotated[
+            Distribution, PlainValidator(_distribution, json_schema_input_type=Pair | _Named)
+        ],
     ]
 
     sobol: Count | None = Field(
@@ -70,21 +77,26 @@ class Sample(Group):
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
-        if (self.sobol is None) == (self.latin_hypercube is None) or not self.ranges:
+        if (self.sobol is None) == (self.latin_hypercube is None) or not self.written:
             needed = "sobol or latin_hypercube, and parameters"
             raise ValueError(f"needs {needed}; write {self.example}")
         return self
 
     @property
-    def ranges(self) -> dict[str, Range]:
-        """The range of each parameter."""
+    def written(self) -> dict[str, Distribution]:
+        """The distribution of each parameter, as it was written."""
         return self.__pydantic_extra__
+
+    @property
+    def ranges(self) -> dict[str, Distribution]:
+        """The distribution of each parameter, within the values that it may have."""
+        return {name: of_parameter(drawn, name) for name, drawn in self.written.items()}
 
     def cases(self) -> dict[str, tuple[float, ...]]:
         """Return the drawn values of each parameter."""
         from scipy.stats import qmc
 
-        width, rng = len(self.ranges), np.random.default_rng(self.seed)
+        width, rng = len(self.written), np.random.default_rng(self.seed)
         if self.sobol:
             # A longer sequence begins with the shorter one: a sweep that grows keeps its points.
             power = (self.sobol - 1).bit_length()
@@ -99,5 +111,5 @@ class Sample(Group):
     def __str__(self) -> str:
         """Return how the points were drawn, for the file."""
         way = f"sobol {self.sobol}" if self.sobol else f"latin_hypercube {self.latin_hypercube}"
-        ranges = [f"{name} {drawn}" for name, drawn in self.ranges.items()]
+        ranges = [f"{name} {drawn}" for name, drawn in self.written.items()]
         return ", ".join([way, f"seed {self.seed}", *ranges])

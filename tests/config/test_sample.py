@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.stats
 from support.sweeps.configs import problems
 
 from sweeps.config.load import from_mapping, from_yaml
@@ -57,8 +58,14 @@ def test_a_sample_is_a_set_of_cases_and_the_file_says_how_it_was_drawn() -> None
         ("{sobol: 4, seed: -1, T: [1, 2]}", "sample.seed: must be at least 0"),
         ("{sobol: 4, Tx: [1, 2], T: [1, 2]}", "sample.Tx: unknown parameter"),
         ("{sobol: 4, T: [2, 1]}", "sample.T: must rise from low to high, not from 2 to 1"),
-        ("{sobol: 4, T: [1, 2, 3]}", "sample.T: must be [low, high], or {log: [low, high]}"),
-        ("{sobol: 4, K: {lag: [1, 2]}}", "sample.K: must be [low, high], or {log: [low, high]}"),
+        (
+            "{sobol: 4, T: [1, 2, 3]}",
+            "sample.T: must be [low, high], {log: ",
+        ),
+        (
+            "{sobol: 4, K: {lag: [1, 2]}}",
+            "sample.K.lag: unknown key (did you mean 'log'?)",
+        ),
         ("{sobol: 4, K: {log: [0, 2]}}", "sample.K: no logarithm leads from 0 to 2"),
         ("{sobol: 4, T: [-1, 2]}", "sample.T[0]: must be at least 0"),
     ],
@@ -73,3 +80,22 @@ def test_drawn_and_listed_cases_exclude_each_other() -> None:
     assert "draws the cases, and `cases` lists them" in problem
     (problem,) = problems("sample: {sobol: 4, T: [1, 2]}\nsweep: {T: [1, 2]}\n")
     assert "gives temperature a second time" in problem
+
+
+def test_values_of_a_normal_distribution_have_its_quantiles() -> None:
+    sample = "{sobol: 4096, T: {normal: [250, 5]}, k: {lognormal: [5e4, 0.3]}}"
+    cases = from_yaml(f"sample: {sample}\n").cases
+    T, k = (np.sort(cases[name]) for name in ("temperature", "viscosity_coefficient"))
+    levels = (np.arange(4096) + 0.5) / 4096
+    exact = scipy.stats.norm.ppf(levels)
+    assert np.abs((T - 250.0) / 5.0 - exact)[40:-40].max() < 0.02
+    assert np.abs(np.log(k / 5e4) / 0.3 - exact)[40:-40].max() < 0.02
+
+
+def test_a_distribution_with_values_that_cannot_be_is_refused() -> None:
+    (problem,) = problems("sample: {sobol: 4, T: {normal: [10, 5]}}\n")
+    assert problem.startswith(
+        "f.yaml:1: sample.T: has values that temperature cannot have, with a probability of 0.02"
+    )
+    cases = from_yaml("sample: {sobol: 4096, T: {normal: [10, 3.2]}}\n").cases
+    assert min(cases["temperature"]) >= 0.0

@@ -1,0 +1,177 @@
+"""Distributions of parameters: where a box draws its values, and what is known before a fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.parameters import ParameterError
+from stickslip.variables import PARAMETERS
+
+Floats: TypeAlias = NDArray[np.float64]
+
+LARGEST_OUTSIDE = 1e-3
+"""Probability of values that a parameter cannot have, above which a distribution is refused."""
+
+
+class DistributionError(ValueError):
+    """A distribution that is none; the message says what is wrong, as the end of a sentence."""
+
+
+class Range(NamedTuple):
+    """The values between which a parameter varies, evenly or evenly in its logarithm."""
+
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    def __str__(self) -> str:
+        return f"{'log ' if self.logarithmic else ''}[{self.low:.17g}, {self.high:.17g}]"
+
+    def values(self, unit: Floats) -> Floats:
+        """Return the values at numbers in [0, 1)."""
+        if self.logarithmic:
+            return self.low * (self.high / self.low) ** unit
+        return self.low + (self.high - self.low) * unit
+
+    def log_density(self, values: Floats) -> Floats:
+        """Return the logarithm of the density at values."""
+        inside = (self.low <= values) & (values <= self.high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if self.logarithmic:
+                density = -np.log(values * math.log(self.high / self.low))
+            else:
+                density = np.full_like(values, -math.log(self.high - self.low))
+        return np.where(inside, density, -math.inf)
+
+
+class Normal(NamedTuple):
+    """A normal distribution, or a lognormal one: of the logarithm, `middle` being the median.
+
+    It is truncated to `low` and `high`, between which the parameter must lie.
+    """
+
+    middle: float
+    deviation: float
+    logarithmic: bool = False
+    low: float = -math.inf
+    high: float = math.inf
+
+    def __str__(self) -> str:
+        name = "lognormal" if self.logarithmic else "normal"
+        return f"{name} [{self.middle:.17g}, {self.deviation:.17g}]"
+
+    @property
+    def outside(self) -> float:
+        """The probability of values beyond `low` and `high`, which are left out."""
+        below, above = self._ends()
+        return below + (1.0 - above)
+
+    def values(self, unit: Floats) -> Floats:
+        """Return the values at numbers in [0, 1)."""
+        from scipy.special import ndtri
+
+        below, above = self._ends()
+        # Neither end itself: a Sobol sequence begins at 0, of which the value is not finite.
+        within = np.clip(below + (above - below) * unit, 1e-16, 1.0 - 1e-16)
+        steps = self.deviation * ndtri(within)
+        return self.middle * np.exp(steps) if self.logarithmic else self.middle + steps
+
+    def log_density(self, values: Floats) -> Floats:
+        """Return the logarithm of the density at values, up to a constant."""
+        inside = (self.low <= values) & (values <= self.high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.log(values / self.middle) if self.logarithmic else values - self.middle
+            density = -0.5 * (off / self.deviation) ** 2
+            density -= np.log(np.abs(values)) if self.logarithmic else 0.0
+        return np.where(inside, density, -math.inf)
+
+    def _ends(self) -> tuple[float, float]:
+        """Return the probabilities below `low` and below `high`."""
+        from scipy.special import ndtr
+
+        def below(end: float) -> float:
+            if not self.logarithmic:
+                return float(ndtr((end - self.middle) / self.deviation))
+            ratio = end / self.middle
+            return float(ndtr(math.log(ratio) / self.deviation)) if ratio > 0.0 else 0.0
+
+        return below(self.low), below(self.high)
+
+
+Distribution: TypeAlias = Range | Normal
+
+FORMS = "[low, high], {log: [low, high]}, {normal: [mean, deviation]}, or " + (
+    "{lognormal: [median, deviation of the logarithm]}"
+)
+"""How distributions are written."""
+
+
+def distribution(kind: str, first: float, second: float) -> Distribution:
+    """Return a distribution by its name, `uniform`, `log`, `normal` or `lognormal`.
+
+    Raises DistributionError for another name, and where the numbers do not fit it.
+    """
+    logarithmic = kind in ("log", "lognormal")
+    if kind in ("normal", "lognormal"):
+        if not second > 0.0 or not math.isfinite(first + second):
+            raise DistributionError(f"the deviation must be a number above 0, not {second:g}")
+        if logarithmic and not first > 0.0:
+            raise DistributionError(f"the median must be above 0, not {first:g}")
+        return Normal(first, second, logarithmic)
+    if kind not in ("uniform", "log"):
+        raise DistributionError(f"must be {FORMS}")
+    if not first < second:
+        raise DistributionError(f"must rise from low to high, not from {first:g} to {second:g}")
+    if logarithmic and not first > 0.0:
+        raise DistributionError(
+            f"no logarithm leads from {first:g} to {second:g}: both must be above 0"
+        )
+    return Range(first, second, logarithmic)
+
+
+def as_written(written: Any) -> tuple[str, Any]:
+    """Return the name of a distribution, and what stands beside it."""
+    if isinstance(written, Range):
+        return ("log" if written.logarithmic else "uniform"), written[:2]
+    if isinstance(written, Normal):
+        return ("lognormal" if written.logarithmic else "normal"), written[:2]
+    if isinstance(written, Mapping) and len(written) == 1:
+        ((kind, numbers),) = written.items()
+        return str(kind), numbers
+    return "uniform", written
+
+
+def distribution_of(name: str, written: Any) -> Distribution:
+    """Return the distribution of a parameter, as the caller wrote it; raises DistributionError."""
+    kind, numbers = as_written(written)
+    try:
+        first, second = map(float, numbers)
+    except (TypeError, ValueError):
+        raise DistributionError(f"must be {FORMS}, not {written!r}") from None
+    return of_parameter(distribution(kind, first, second), name)
+
+
+def of_parameter(drawn: Distribution, name: str) -> Distribution:
+    """Return a distribution without the values that a parameter cannot have.
+
+    Raises ParameterError for a range with such an end, and DistributionError where the probability
+    of such values is not small.
+    """
+    variable = PARAMETERS[name]
+    if isinstance(drawn, Range):
+        for end in drawn[:2]:
+            if complaint := variable.complaint(end):
+                raise ParameterError(f"{name} {complaint}")
+        return drawn
+    drawn = drawn._replace(low=variable.lower, high=variable.upper)
+    if drawn.outside > LARGEST_OUTSIDE:
+        raise DistributionError(
+            f"has values that {name} cannot have, with a probability of {drawn.outside:.2g} (at "
+            f"most {LARGEST_OUTSIDE:g}); give it a smaller deviation, a lognormal one, or a range"
+        )
+    return drawn
