@@ -71,6 +71,7 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
             "free_energy.landscape", "phases", ("equilibrium_strain", "ramped_order_parameter")
         ),
         "fit": FigureEntry("curves.fit", "fit", ("measured_value", "fitted_value")),
+        "posterior": FigureEntry("corner.posterior", "fit", ("posterior_draws",)),
         "indices": FigureEntry("bars.indices", "indices", ("first_order", "total_order")),
     }
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -24,7 +24,6 @@ from sweeps.exits import Exit
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.config.load import Config
     from sweeps.files.outputs import Outputs
     from sweeps.fitting.parameters import Range
 
@@ -56,6 +55,17 @@ def fit(
     profile: Annotated[
         bool, typer.Option("--profile", help="Also intervals by the profile likelihood; slower.")
     ] = False,
+    posterior: Annotated[
+        bool,
+        typer.Option("--posterior", help="Also draw parameters by their probability; minutes."),
+    ] = False,
+    prior: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME={KIND: [A, B]}",
+            help="What is known before the posterior, such as gamma={normal: [-0.5, 0.1]}.",
+        ),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     workers: WorkersOption = None,
     backend: BackendOption = None,
@@ -65,7 +75,8 @@ def fit(
     """Fit parameters to measurements, and draw data, fitted curve and residuals.
 
     Without errors of the data residuals are relative, with a common unknown factor. Beside the
-    NetCDF file the picture is written, and the config that computes the fitted curve.
+    NetCDF file the picture is written, and the config that computes the fitted curve; with
+    --posterior also a corner picture, and the file has groups that ArviZ opens.
     """
     from sweeps.engine.signals import interruptible
     from sweeps.fitting.fitting import fit_measured, odd_values, summary_of
@@ -77,10 +88,14 @@ def fit(
     changes = execution_changes(workers, backend, scheduler)
     settled = checked_config(config, [*(set_ or []), *changes])
     ranges, measured = _ranges(free), read_data(data)
+    priors = _priors(prior or []) if posterior or prior else None
     for line in odd_values(measured, settled, data):
         say(f"warning: {line}")
     inputs = [data, *([config] if config else [])]
-    outputs = _outputs(target, inputs, ranges, settled, profile=profile, overwrite=overwrite)
+    request = {"free": list(ranges.items()), "config": settled.resolved_yaml(), "profile": profile}
+    if priors is not None:
+        request["priors"] = list(priors.items())
+    outputs = _outputs(target, inputs, request, overwrite=overwrite)
     with outputs.held():
         ds = outputs.recalled()
         if ds is None:
@@ -90,6 +105,7 @@ def fit(
                     ranges,
                     settled,
                     profile=profile,
+                    priors=priors,
                     progress=not no_progress,
                 ),
                 "Interrupted; nothing was kept.",
@@ -102,27 +118,39 @@ def fit(
 
 
 def _outputs(
-    target: Path,
-    inputs: list[Path],
-    ranges: dict[str, Range],
-    config: Config,
-    *,
-    profile: bool,
-    overwrite: bool,
+    target: Path, inputs: list[Path], request: dict[str, Any], *, overwrite: bool
 ) -> Outputs:
-    """Return the files of a fit: itself, the config of the fitted curve, and the picture."""
+    """Return the files of a fit: itself, the config of the fitted curve, and the pictures."""
     from sweeps.figures.save import pictures_of
     from sweeps.files.outputs import Outputs, sha256_of
 
-    request = {
-        "data": sha256_of(inputs[0]),
-        "free": list(ranges.items()),
-        "config": config.resolved_yaml(),
-        "profile": profile,
-    }
     pictures = pictures_of(target.with_suffix(""))
+    if "priors" in request:
+        pictures += pictures_of(_corner(target))
     paths = [target, target.with_suffix(".yaml"), *pictures]
+    request = {"data": sha256_of(inputs[0])} | request
     return Outputs(paths, request, overwrite=overwrite, inputs=inputs)
+
+
+def _corner(target: Path) -> Path:
+    """Return the name of the picture of a posterior, without its ending."""
+    return target.with_name(f"{target.stem}-posterior")
+
+
+def _priors(given: list[str]) -> dict[str, Any]:
+    """Return what `--prior` says of parameters, as it is written in configs."""
+    from sweeps.config.yaml_reader import read_text
+
+    priors: dict[str, Any] = {}
+    for word in given:
+        name, _, text = (part.strip() for part in word.partition("="))
+        read = read_text(text, f"--prior {word}", name)
+        if read.problems or read.data is None or name in priors:
+            stop_with(
+                f"--prior: must be NAME={{KIND: [A, B]}}, once a name, not {word}", Exit.USAGE
+            )
+        priors[name] = read.data
+    return priors
 
 
 def _ranges(free: str) -> dict[str, Range]:
@@ -145,12 +173,16 @@ def _write(ds: xr.Dataset, outputs: Outputs) -> None:
     from sweeps.config.yaml_writer import block_yaml
     from sweeps.figures import draw
     from sweeps.figures.save import rendered
+    from sweeps.fitting.output import posterior_groups
 
     target, written, *_ = outputs.paths
     curve = block_yaml({"output": f"results/{target.stem}-curve.nc"})
-    pictures = rendered(draw(ds), target.with_suffix(""))
+    pictures, groups = rendered(draw(ds), target.with_suffix("")), {}
+    if "posterior_draws" in ds:
+        pictures |= rendered(draw(ds, "posterior"), _corner(target))
+        groups = posterior_groups(ds)
     config = f"{ds.attrs['config']}{curve}".encode()
-    outputs.write({target: outputs.dataset(ds), written: config, **pictures})
+    outputs.write({target: outputs.dataset(ds, groups), written: config, **pictures})
 
 
 def _warn(ds: xr.Dataset) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,9 +26,18 @@ DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueEr
 """Errors that have been seen on reading damaged files."""
 
 
-def write_checked(ds: xr.Dataset, path: Path) -> None:
-    """Write `ds` to a file of our own, and read it back; raises OSError and RuntimeError."""
+def write_checked(
+    ds: xr.Dataset, path: Path, groups: Mapping[str, xr.Dataset] = MappingProxyType({})
+) -> None:
+    """Write `ds` and its groups to a file of our own, and read `ds` back.
+
+    Raises OSError and RuntimeError.
+    """
     ds.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=_encoding(ds))
+    for name, group in groups.items():
+        group.to_netcdf(
+            path, "a", "NETCDF4", group=name, engine="netcdf4", encoding=_encoding(group)
+        )
     with _opened(path) as written:
         if content_hash(written.load()) != content_hash(ds):
             raise OSError("the file does not read back as it was written")

@@ -152,11 +152,14 @@ class Outputs:
                     self._recalled = ds
         return self._recalled
 
-    def dataset(self, ds: xr.Dataset) -> Writer:
-        """Return what writes a Dataset, sealed so that `recalled` knows it again."""
+    def dataset(self, ds: xr.Dataset, groups: Mapping[str, xr.Dataset] | None = None) -> Writer:
+        """Return what writes a Dataset, sealed so that `recalled` knows it again.
+
+        `groups` of the file show parts of it in other forms, for other programs.
+        """
         if self._request is not None:
             ds = ds.assign_attrs({SEAL: _seal(self._request, ds)})
-        return lambda path: write_checked(ds, path)
+        return lambda path: write_checked(ds, path, groups or {})
 
     def write(self, contents: Mapping[Path, bytes | Writer]) -> None:
         """Make all files, and give them their names; `contents` has one for each.

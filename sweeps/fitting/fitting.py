@@ -20,7 +20,8 @@ from sweeps.engine.progress import display_of
 from sweeps.engine.settings import options_of, read_config
 from sweeps.exits import ExpectedError
 from sweeps.fitting.least_squares import Fit
-from sweeps.fitting.parameters import Free, free_parameters
+from sweeps.fitting.parameters import Free, free_parameters, priors_of
+from sweeps.fitting.posterior import posterior_of
 from sweeps.fitting.refinement import Search, population_of
 from sweeps.fitting.sampling import drawn
 from sweeps.fitting.statistics import (
@@ -81,6 +82,8 @@ def fit(
     config: str | Path | Mapping[str, Any] | Config | None = None,
     *,
     profile: bool = False,
+    posterior: bool = False,
+    priors: Mapping[str, Any] | None = None,
     workers: int | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
@@ -110,6 +113,12 @@ def fit(
         those of the paper's Fig. 3.
     profile
         Compute intervals by the profile likelihood as well, which takes several times as long.
+    posterior
+        Draw the parameters with their probability as well (emcee), which takes minutes.
+    priors
+        What is known of parameters before, for the posterior alone: a dict of distributions,
+        `{"gamma": {"normal": [-0.5, 0.1]}}`, as `sample` in configs has them. Those of the others
+        are even on the scales on which they are varied, within the bounds of trials.
     workers
         Threads or processes, counted as joblib's `n_jobs`; by default what
         `joblib.parallel_config` says, then what `execution` in the config says.
@@ -128,7 +137,10 @@ def fit(
         `datum`: `measured_value`, `measured_error`, `fitted_value`, `residual`, `datum_regime`,
         `datum_status`, and `datum_at_jump`, 1 where the step of a derivative crosses a jump, 2
         where the motion changes within the intervals. The attributes have `chi2`,
-        `degrees_of_freedom` and `reduced_chi2`, of the data that have a fitted value.
+        `degrees_of_freedom` and `reduced_chi2`, of the data that have a fitted value. With a
+        posterior: `posterior_draws` along `free_parameter`, `chain` (a walker) and `draw`, and
+        `parameter_posterior_lower`, `_median` and `_upper`, the quantiles 2.5, 50 and 97.5 %, NaN
+        where walkers did not come to agree (`posterior_agreement`, R-hat, of 1.1 or more).
 
     Raises
     ------
@@ -137,15 +149,24 @@ def fit(
     ExecutorError
         The workers that are asked for cannot be had, or were lost.
     FitError
-        uncertainties is missing; the config has axes or a stochastic film; a profile with a single
-        free parameter, or with no more data than parameters.
+        uncertainties, or emcee for a posterior, is missing; the config has axes or a stochastic
+        film; a profile with a single free parameter, or with no more data than parameters; a
+        posterior where the data are met exactly, or too many trials lack a value.
     """
     if not isinstance(config, Config):
         config = read_config({} if config is None else config)
     measured = read_data(data)
     for line in odd_values(measured, config, data):
         warnings.warn(line, stacklevel=2)
-    return fit_measured(measured, free, config, profile=profile, workers=workers, progress=progress)
+    return fit_measured(
+        measured,
+        free,
+        config,
+        profile=profile,
+        priors=(priors or {}) if posterior or priors else None,
+        workers=workers,
+        progress=progress,
+    )
 
 
 def odd_values(data: Measurements, config: Config, source: Table) -> list[str]:
@@ -162,20 +183,32 @@ def fit_measured(
     *,
     profile: bool,
     progress: bool,
+    priors: Mapping[str, Any] | None = None,
     workers: int | None = None,
 ) -> xr.Dataset:
-    """Return the fit of measurements that have been read; see `fit`."""
-    _require_uncertainties()
+    """Return the fit of measurements that have been read, with a posterior if there are `priors`.
+
+    See `fit`.
+    """
+    _require("uncertainties", "a fit", "fit")
+    if priors is not None:
+        _require("emcee", "a posterior", "posterior")
     from sweeps.fitting.output import fit_dataset
 
     with workers_of(config.execution, workers) as able:
         search = Search(model_of(data, free, config, able))
         if profile:
             _refuse_profile(search.model)
+        known_before = None if priors is None else priors_of(priors, search.model.free)
         with display_of(_Fitting(search), wanted=progress):
             found, known = best_of(search)
             intervals = profile_intervals(search, found, known) if profile else None
-        result = fit_dataset(found, known, config, intervals, search.computed)
+            drawn = (
+                posterior_of(search, found, known, known_before)
+                if known_before is not None
+                else None
+            )
+        result = fit_dataset(found, known, config, intervals, drawn, search.computed)
     register_accessors()
     return result
 
@@ -187,7 +220,7 @@ def summary_of(ds: xr.Dataset) -> str:
     """
     if "parameter_value" not in ds:
         raise FitError("this is no fit: `stickslip fit` and `sweeps.fit` make one")
-    _require_uncertainties()
+    _require("uncertainties", "a fit", "fit")
     from sweeps.fitting.output import table_of
 
     return "\n".join(table_of(ds))
@@ -257,8 +290,8 @@ def _refuse_profile(model: Model) -> None:
         raise FitError("a profile needs more data than free parameters")
 
 
-def _require_uncertainties() -> None:
-    if importlib.util.find_spec("uncertainties") is None:
+def _require(package: str, what: str, extra: str) -> None:
+    if importlib.util.find_spec(package) is None:
         raise FitError(
-            "a fit needs uncertainties, which is not installed: pip install 'uncertainties>=3.2'"
+            f"{what} needs {package}, which is not installed: pip install 'stickslip[{extra}]'"
         )

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from uncertainties import ufloat
 
 from stickslip.datasets import result_attributes, result_values
@@ -17,16 +18,19 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.run import run_in_memory
 from sweeps.fitting.least_squares import Fit
+from sweeps.fitting.posterior import Posterior
 from sweeps.fitting.refinement import PATIENCE
 from sweeps.fitting.statistics import LEVEL, Determination, Statistics
 from sweeps.human import counted
 from sweeps.measurements import Floats
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 DATUM, FREE, OTHER = "datum", "free_parameter", "other_parameter"
 """The dimensions of data and of free parameters."""
+
+CHAIN, DRAW = "chain", "draw"
+"""The dimensions of a posterior, by the names that ArviZ has for them."""
+
+QUANTILES = {"lower": 0.5 - LEVEL / 2.0, "median": 0.5, "upper": 0.5 + LEVEL / 2.0}
 
 _CURVE = 101  # points of a fitted curve
 _FEW = 8  # values that are worth a curve each
@@ -46,7 +50,12 @@ GIVEN = "those of the data; standard errors grow with the root of chi2/dof where
 
 
 def fit_dataset(
-    fit: Fit, known: Statistics, config: Config, profile: Floats | None, trials: int
+    fit: Fit,
+    known: Statistics,
+    config: Config,
+    profile: Floats | None,
+    posterior: Posterior | None,
+    trials: int,
 ) -> xr.Dataset:
     """Return the file of a fit: the sweep of the fitted curve, with the fit beside it.
 
@@ -62,6 +71,9 @@ def fit_dataset(
         "trials": trials,
     }
     data = _of_data(fit, known) | _of_parameters(fit, known, profile)
+    if posterior is not None:
+        data |= _of_posterior(fit, posterior)
+        about |= _about_posterior(posterior)
     names = (FREE, [each.name for each in fit.model.free])
     along = {
         "datum_variable": (DATUM, list(fit.model.data.variable), {"long_name": "what was measured"})
@@ -178,6 +190,47 @@ def _of_parameters(fit: Fit, known: Statistics, profile: Floats | None) -> dict[
     return variables
 
 
+def _of_posterior(fit: Fit, posterior: Posterior) -> dict[str, Any]:
+    free, draws = fit.model.free, np.moveaxis(posterior.places, -1, 0)
+    named = (f"{each.name}: {PARAMETERS[each.name].unit or 1}" for each in free)
+    units = {"comment": f"in {'; '.join(named)}"}
+    drawn = np.array([each.value(own) for each, own in zip(free, draws, strict=True)])
+    variables: dict[str, Any] = {
+        "posterior_draws": (
+            (FREE, CHAIN, DRAW),
+            drawn,
+            _named("values drawn with their probability", units),
+        ),
+        "posterior_log_probability": (
+            (CHAIN, DRAW),
+            posterior.logs,
+            _named("logarithm of their probability, up to a constant", {"units": "1"}),
+        ),
+    }
+    quantiles = np.quantile(drawn, list(QUANTILES.values()), axis=(1, 2))
+    for (name, level), values in zip(QUANTILES.items(), quantiles, strict=True):
+        variables[f"parameter_posterior_{name}"] = (
+            FREE,
+            values if posterior.settled else np.full_like(values, np.nan),
+            _named(f"{100 * level:g} % quantile of the posterior", units),
+        )
+    return variables
+
+
+def _about_posterior(posterior: Posterior) -> dict[str, Any]:
+    """Return how far a posterior can be trusted, as attributes of the file."""
+    return {
+        "posterior_priors": posterior.priors,
+        "posterior_steps": posterior.steps,
+        "posterior_thinning": posterior.thinning,
+        "posterior_autocorrelation": float(posterior.correlated.max()),
+        "posterior_independent_draws": posterior.independent,
+        "posterior_agreement": posterior.agreement,
+        "posterior_settled": int(posterior.settled),
+        "posterior_trials_without_value": posterior.lost,
+    }
+
+
 def _named(long_name: str, attributes: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
     return {"long_name": long_name, **attributes}
 
@@ -249,8 +302,42 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
             line += f", {100 * LEVEL:g} %: {_interval(low, high)}"
         if "parameter_profile_lower" in own:
             line += f", by the profile: {_interval(*_ends(own, 'profile'))}"
+        if "parameter_posterior_lower" in own and ds.attrs["posterior_settled"]:
+            line += f", by the posterior: {_interval(*_ends(own, 'posterior'))}"
         lines.append(line + _REMARKS[code])
     return lines
+
+
+def _posterior_line(ds: xr.Dataset) -> str:
+    """Return how far the posterior can be trusted, as a sentence."""
+    steps, walkers = int(ds.attrs["posterior_steps"]), ds.sizes[CHAIN]
+    agreement = f"R-hat {float(ds.attrs['posterior_agreement']):.3g}"
+    if not ds.attrs["posterior_settled"]:
+        return (
+            f"posterior: NOT DETERMINED, since {walkers} walkers have not come to agree within "
+            f"{steps} steps ({agreement}): they do not change often enough between basins"
+        )
+    draws = round(float(ds.attrs["posterior_independent_draws"]))
+    time, priors = float(ds.attrs["posterior_autocorrelation"]), ds.attrs["posterior_priors"]
+    return (
+        f"posterior: {draws} independent draws by {walkers} walkers in {steps} steps, "
+        f"autocorrelation time {time:.3g} steps, {agreement}; priors: {priors}"
+    )
+
+
+def posterior_groups(ds: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Return the groups of a file that ArviZ opens, of a fit with a posterior."""
+    own = ds.reset_coords(drop=True)
+    draws = {
+        name: own["posterior_draws"].sel({FREE: name}, drop=True).assign_attrs(variable.attributes)
+        for name, variable in PARAMETERS.items()
+        if name in own[FREE].values
+    }
+    return {
+        "posterior": xr.Dataset(draws, attrs={"inference_library": "emcee"}),
+        "sample_stats": xr.Dataset({"lp": own["posterior_log_probability"]}),
+        "observed_data": own[["measured_value"]],
+    }
 
 
 def _ends(parameter: xr.Dataset, name: str) -> tuple[float, float]:
@@ -283,6 +370,8 @@ def _statistic_lines(ds: xr.Dataset) -> list[str]:
     reduced = f", chi2/dof {float(ds.attrs['reduced_chi2']):.4g}" if dof > 0 else ""
     lines.append(f"chi2 {chi2:.6g} with {counted(dof, 'degree')} of freedom{reduced}")
     lines.append(f"errors of the data: {ds.attrs['measurement_errors']}")
+    if "posterior_draws" in ds:
+        lines.append(_posterior_line(ds))
     if jumps := int((ds.datum_at_jump != 0).sum()):
         data = "a jump of 1 datum bounds" if jumps == 1 else f"jumps of {jumps} data bound"
         lines.append(

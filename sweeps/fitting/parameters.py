@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from stickslip.distributions import Distribution, distribution_of
 from stickslip.parameters import Parameters
 from stickslip.variables import BY_SYMBOL, PARAMETERS, ParameterVariable, canonical_name
 from sweeps.exits import ExpectedError
@@ -142,3 +143,22 @@ def _refuse_range(variable: ParameterVariable, limits: tuple[float, float]) -> N
         raise FreeError(
             f"the range of {variable.name} must not contain 0, since its logarithm is fitted"
         )
+
+
+def priors_of(priors: Mapping[str, Any], free: Iterable[FreeParameter]) -> dict[str, Distribution]:
+    """Return distributions by the full names of free parameters; raises FreeError."""
+    names = [each.name for each in free]
+    found: dict[str, Distribution] = {}
+    for given, written in priors.items():
+        name = canonical_name(given)
+        if name not in names:
+            raise FreeError(
+                f"a prior of {given}, which is not free: there are priors of {', '.join(names)}"
+            )
+        if name in found:
+            raise FreeError(f"two priors of {name}, by name and by symbol")
+        try:
+            found[name] = distribution_of(name, written)
+        except ValueError as error:
+            raise FreeError(f"the prior of {name}: {error}") from None
+    return found

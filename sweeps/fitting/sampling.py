@@ -29,7 +29,7 @@ def drawn(search: Search, fit: Fit, known: Statistics) -> list[Trial]:
     by vectors of the other, so that each half is one call.
     """
     rng = np.random.default_rng(_SEED)
-    walkers = _begun(search, fit, known, rng)
+    walkers = first_walkers(search, fit, known, population_of(search.model), rng)
     logs = np.array([log_likelihood(fit, trial) for trial in walkers])
     kept: list[Trial] = []
     for generation in range(_GENERATIONS):
@@ -48,12 +48,14 @@ def drawn(search: Search, fit: Fit, known: Statistics) -> list[Trial]:
     return kept
 
 
-def _begun(search: Search, fit: Fit, known: Statistics, rng: np.random.Generator) -> list[Trial]:
-    """Return the first walkers, as far from each other as trials that fit are.
+def first_walkers(
+    search: Search, fit: Fit, known: Statistics, count: int, rng: np.random.Generator
+) -> list[Trial]:
+    """Return so many walkers to begin with, as far from each other as trials that fit are.
 
     A valley or another basin that the search has seen is not found again by chance.
     """
-    count, wide = population_of(search.model), search.model.wide
+    wide = search.model.wide
     far = [seen for seen in search.seen if log_likelihood(fit, seen) > _LEAST]
     places = np.array([trial.u for trial in far]) / wide
     chosen: list[Trial] = []

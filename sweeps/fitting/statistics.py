@@ -265,12 +265,13 @@ def as_probable(fit: Fit, known: Statistics, worse: Sequence[Trial], count: int)
     return [worse[number] for number in order[~left]]
 
 
-def log_likelihood(fit: Fit, trial: Trial) -> float:
+def log_likelihood(fit: Fit, trial: Trial, cost: float | None = None) -> float:
     """Return the logarithm of the likelihood of a trial, relative to that of the minimum.
 
-    Where errors are only known from the residuals, for any common factor of theirs.
+    Where errors are only known from the residuals, for any common factor of theirs. The trial may
+    be given another `cost`.
     """
-    above = trial.cost - fit.trial.cost
+    above = (trial.cost if cost is None else cost) - fit.trial.cost
     if fit.model.data.relative:
         return -float(fit.trial.known.sum()) / 2.0 * math.log1p(above / fit.trial.chi2)
     return -above / (2.0 * fit.scale)

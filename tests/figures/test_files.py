@@ -16,7 +16,7 @@ from support.marks import one_then
 from support.pictures import (
     GAMMAS,
     TEMPERATURES,
-    fitted,
+    drawn,
     panels,
     sweep,
     trajectory,
@@ -24,7 +24,8 @@ from support.pictures import (
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from stickslip import phase_diagram
-from stickslip.boxes import Design, Range
+from stickslip.boxes import Design
+from stickslip.distributions import Range
 from stickslip.indices import indices_of
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.charts.choice import obstacle
@@ -202,7 +203,7 @@ def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
             "trajectory": trajectory,
             "sweep": lambda: sweep(temperature=TEMPERATURES),
             "phases": phase_diagram,
-            "fit": fitted,
+            "fit": drawn,
             "indices": indices,
         }[entry.data]()
         assert obstacle(ds, name) == ""

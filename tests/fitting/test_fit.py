@@ -500,7 +500,7 @@ def test_configs_that_cannot_be_fitted(config: dict[str, Any], said: str) -> Non
 
 def test_without_uncertainties_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(ExpectedError, match=r"pip install 'uncertainties>=3\.2'"):
+    with pytest.raises(ExpectedError, match=r"pip install 'stickslip\[fit\]'"):
         sweeps.fit({"T": [200.0], "F_max": [3e-3]}, "k")
 
 

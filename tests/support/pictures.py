@@ -60,6 +60,23 @@ def fitted(*hues: float) -> xr.Dataset:
     return ds.assign_coords(coords).assign_attrs(reduced_chi2=1.2)
 
 
+def drawn() -> xr.Dataset:
+    """A fit with a posterior of k and gamma, which are correlated."""
+    k, gamma = (
+        np.random.default_rng(1)
+        .multivariate_normal([7e4, -0.55], [[4e6, -6.0], [-6.0, 1e-5]], (8, 200))
+        .transpose(2, 0, 1)
+    )
+    names = ["viscosity_coefficient", "rheological_index"]
+    ds = fitted().drop_dims("free_parameter")
+    ds = ds.assign(posterior_draws=(("free_parameter", "chain", "draw"), [k, gamma]))
+    ds = ds.assign(
+        parameter_value=("free_parameter", [7e4, -0.55]),
+        parameter_standard_error=("free_parameter", [2e3, 3e-3]),
+    )
+    return ds.assign_coords(free_parameter=names).assign_attrs(posterior_independent_draws=1600.0)
+
+
 def failed(ds: xr.Dataset, status: Status, **index) -> xr.Dataset:
     """The same sweep with some points ended otherwise, as a result file holds them."""
     ds = ds.copy(deep=True)

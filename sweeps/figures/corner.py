@@ -1,0 +1,44 @@
+"""The picture of a posterior: each free parameter, and each two of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from sweeps.charts.labels import shown, shown_number
+from sweeps.figures.style import palette, put_note
+
+_BINS, _INCHES = 40, 1.7
+
+
+def posterior(ds: xr.Dataset) -> Figure:
+    """Histograms of parameters along the diagonal, with 2.5, 50 and 97.5 % below; pairs beside it.
+
+    Contours hold 68 and 95 % of the draws.
+    """
+    from corner import corner
+
+    names = list(map(str, ds.free_parameter.values))
+    drawn = [ds.posterior_draws.sel(free_parameter=name).rename(name) for name in names]
+    columns = np.array([shown(each).values.ravel() for each in drawn])
+    best = [float(ds.parameter_value.sel(free_parameter=name)) for name in names]
+    numbers = [shown_number(name, value) for name, value in zip(names, best, strict=True)]
+    side = 0.8 + _INCHES * len(names)
+    figure = Figure(figsize=(side, side))
+    colours = palette().cycle
+    corner(
+        columns.T,
+        bins=_BINS,
+        labels=[number.label for number in numbers],
+        quantiles=[0.025, 0.5, 0.975],
+        levels=(0.68, 0.95),
+        smooth=1.0,
+        fig=figure,
+        color=colours[0],
+        plot_datapoints=False,
+        hist_bin_factor=1,
+    )
+    draws = round(float(ds.attrs["posterior_independent_draws"]))
+    put_note(figure, [f"{draws} independent draws"])
+    return figure
