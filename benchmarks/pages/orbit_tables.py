@@ -84,3 +84,37 @@ def fits(*parts: Results) -> Lines:
     for what, row in (("k, γ of ten forces", starts), ("k, γ, K of 42 values", three)):
         agreement = f"{row['differ']:.1e} standard errors; {row['seconds']['median']:.3g} s"
         yield f"{what} from four starts: largest difference; time | {agreement}"
+
+
+_REFERENCE_ROWS = {
+    "elastic_stress_max": "largest σ_el [Pa]",
+    "elastic_stress_min": "smallest σ_el [Pa]",
+    "friction_force_max": "largest F [N]",
+    "friction_force_min": "smallest F [N]",
+    "dissipated_energy": "work of the drive per period [J]",
+    "lower_displacement": "x at t = 0 [m]",
+    "lower_velocity": "v at t = 0 [m/s]",
+    "order_parameter": "φ at t = 0",
+    "elastic_strain": "ε_el at t = 0",
+}
+
+
+def reference_orbits(found: Results) -> Lines:
+    """Yield the numbers of the benchmark orbits, and how well two solvers agree on them."""
+    yield " | ".join(("what", *found))
+    columns = list(found.values())
+    values = [column["series"][-1]["values"] for column in columns]
+    for name, what in _REFERENCE_ROWS.items():
+        yield " | ".join((what, *(_twelve(each[name]) for each in values)))
+    yield " | ".join(("meltings per period", *(str(column["meltings"]) for column in columns)))
+    for name, what in (
+        ("difference", "largest relative difference between the solvers"),
+        ("between_series", "... between the two runs of the series"),
+    ):
+        yield " | ".join((what, *(f"{max(each[name].values()):.0e}" for each in columns)))
+    returns = (f"{column['series'][-1]['returns_within']:.0e}" for column in columns)
+    yield " | ".join(("the state returns after a period to within", *returns))
+
+
+def _twelve(value: float) -> str:
+    return f"{value:.11e}".replace("-", "−", 1) if value < 0 else f"{value:.11e}"

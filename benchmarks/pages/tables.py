@@ -17,7 +17,7 @@ from pages import orbit_tables, solver_tables, stability_tables, sweep_tables
 from pages.numbers import Lines
 
 DOCS = Path(__file__).parents[2] / "docs"
-NAMES = ("performance", "stability", "reliability", "decisions/speed")
+NAMES = ("performance", "stability", "reliability", "benchmark-orbits", "decisions/speed")
 PAGES = tuple(DOCS / f"{name}.md" for name in NAMES)
 
 
@@ -94,6 +94,7 @@ TABLES: dict[str, Table] = {
     "accuracy": Table("orbits", ("accuracy",), orbit_tables.accuracy),
     "derivatives": Table("derivatives", ("together", "derivatives"), orbit_tables.derivatives),
     "fits": Table("fit", FITS, orbit_tables.fits),
+    "reference_orbits": Table("reference", ("orbits",), orbit_tables.reference_orbits),
     "orbit_times": Table("orbits", ("time",), orbit_tables.orbit_times),
     "against_peers": Table("work_precision", ("fluids",), solver_tables.against_peers),
     "random_fluids": Table("work_precision", ("random",), solver_tables.random_fluids),
