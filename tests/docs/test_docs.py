@@ -128,7 +128,7 @@ def test_links_lead_somewhere(page: Path):
 
 def left_out(target: Path) -> bool:
     """Whether this is a source distribution, which comes without pictures."""
-    return target.suffix == ".png" and not (ROOT / ".git").exists()
+    return target.suffix in {".png", ".gif"} and not (ROOT / ".git").exists()
 
 
 def headings(page: Path) -> set[str]:
