@@ -66,8 +66,11 @@ def test_the_page_lists_what_an_install_brings() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     users = ("report", "explore", "fit", "table", "dask")
     extras = [name for extra in users for name in project["optional-dependencies"][extra]]
-    page = (ROOT / "docs" / "compatibility.md").read_text("utf-8")
-    listed = re.findall(r"`([\w.]+)`", page.split("| packages |")[1])
+    page, packages = (
+        (ROOT / "docs" / f"{name}.md").read_text("utf-8") for name in ("compatibility", "install")
+    )
+    packages = packages.split("| packages |")[1].split("\n\n")[0]
+    listed = re.findall(r"`([\w.]+)`", packages)
     needed = {re.split(r"[<>=]", name)[0] for name in (*project["dependencies"], *extras)}
     assert needed | {*users, ".parquet"} == set(listed)
     for version in re.findall(r"Python :: (3\.\d+)", str(project["classifiers"])):

@@ -190,12 +190,15 @@ def test_modules_named_in_the_picture_exist(scripts: Callable[[str], Any]):
 # --- measured numbers ---
 
 
-def test_numbers_of_the_readme_stand_on_the_page_of_performance():
-    performance = (ROOT / "docs" / "performance.md").read_text("utf-8")
+def test_numbers_of_the_readme_stand_on_the_pages_of_measurements():
     readme = (ROOT / "README.md").read_text("utf-8")
-    section = readme.split("## How fast, how accurate")[1].split("\n## ")[0]
-    assert len(measured_numbers(section)) >= 3
-    assert measured_numbers(section) <= measured_numbers(performance)
+    section = readme.split("## What is guaranteed")[1].split("\n## ")[0]
+    items = section.split("\n\n")[1].split("\n* ")
+    assert sum(len(measured_numbers(item)) for item in items) >= 8
+    for item in items:
+        pages = set(re.findall(r"\((docs/[\w-]+\.md)", item))
+        text = "".join((ROOT / page).read_text("utf-8") for page in pages)
+        assert measured_numbers(LINK.sub("]", item)) <= measured_numbers(text), item
 
 
 def measured_numbers(text: str) -> set[str]:

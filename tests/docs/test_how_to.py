@@ -1,4 +1,4 @@
-"""What the how-tos show can be done: their configs, commands and scripts, in an empty folder."""
+"""What pages show can be done: their configs, commands and scripts, in an empty folder."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ import pytest
 
 from sweeps.cli.app import main
 
-FOLDER = Path(__file__).parents[2] / "docs" / "how-to"
+DOCS = Path(__file__).parents[2] / "docs"
+FOLDER = DOCS / "how-to"
 
 CONFIG = re.compile(
     r"^```\{code-block\} (?:yaml|text)\n:caption: (\S+)\n\n(.*?)^```", re.MULTILINE | re.DOTALL
@@ -29,12 +30,12 @@ SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 def run_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Page:
     """Do what a page says, in an empty folder; returns the names that its scripts leave."""
     monkeypatch.chdir(tmp_path)
-    Path("configs").symlink_to(FOLDER.parents[1] / "configs")
+    Path("configs").symlink_to(DOCS.parent / "configs")
     return lambda name: names_left_by(name, monkeypatch)
 
 
 def names_left_by(name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    page, names = (FOLDER / f"{name}.md").read_text("utf-8"), {}
+    page, names = page_of(name), {}
     for config, text in CONFIG.findall(page):
         Path(config).write_text(text)
     for line in "".join(COMMANDS.findall(page)).splitlines():
@@ -45,6 +46,17 @@ def names_left_by(name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     exec("".join(SCRIPT.findall(page)), names)
     plt.close("all")
     return names
+
+
+def page_of(name: str) -> str:
+    path = FOLDER / f"{name}.md"
+    return (path if path.exists() else DOCS / f"{name}.md").read_text("utf-8")
+
+
+def shown_output(name: str) -> list[str]:
+    """The lines that a page says are printed."""
+    blocks = re.findall(r"^```text\n(.*?)^```", page_of(name), re.MULTILINE | re.DOTALL)
+    return "".join(blocks).splitlines()
 
 
 @pytest.mark.slow
@@ -135,6 +147,38 @@ def test_which_parameter_matters(run_page: Page, capsys: pytest.CaptureFixture[s
     assert Path("results/box-sensitivity.png").is_file()
 
 
+@pytest.mark.slow
+def test_the_tutorial_for_experimenters(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+    run_page("tutorial-experimenter")
+    printed = "".join(capsys.readouterr())
+    for line in shown_output("tutorial-experimenter"):
+        assert line in printed
+    assert re.search(r"725 points .* 0 failed, largest amplitude error 1\.1e-05", printed)
+    made = {path.name for path in Path().iterdir()}
+    assert {"fit.png", "regimes.png", "forces.png", "map.html", "map.csv"} <= made
+    assert any("replay" in name for name in made)
+
+
+@pytest.mark.slow
+def test_which_tool(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+    orbit = run_page("which-tool")["orbit"]
+    assert capsys.readouterr().out.splitlines() == shown_output("which-tool")
+    (exact,) = re.findall(r"gives (\S+) N", page_of("which-tool"))
+    off = abs(orbit.friction_force_amplitude / float(exact) - 1)
+    assert off < orbit.amplitude_error
+
+
+@pytest.mark.slow
+def test_the_orbits_for_other_codes(run_page: Page) -> None:
+    names = run_page("benchmark-orbits")
+    table = dict(re.findall(r"^\| (.+?) \| (.*) \|$", page_of("benchmark-orbits"), re.MULTILINE))
+    rows = {"elastic_stress_max": "largest σ_el [Pa]", "friction_force_max": "largest F [N]"}
+    for name, row in rows.items():
+        stick_slip, _, relaxing = map(float, table[row].split(" | "))
+        assert getattr(names["orbit"], name) == pytest.approx(stick_slip, rel=3e-12)
+        assert getattr(names["relaxing"], name) == pytest.approx(relaxing, rel=3e-12)
+
+
 @pytest.mark.stress
 def test_a_fit(run_page: Page) -> None:
     names = run_page("fit")
@@ -154,8 +198,8 @@ def test_a_fit(run_page: Page) -> None:
 @pytest.mark.stress
 def test_a_phase_diagram(run_page: Page) -> None:
     names = run_page("phase-diagram")
-    page = (FOLDER / "phase-diagram.md").read_text("utf-8")
-    jumps = [float(number) for number in re.findall(r"\b\d\d\.\d{4}\b", page)]
+    numbers = re.findall(r"\b\d\d\.\d{4}\b", page_of("phase-diagram"))
+    jumps = [float(number) for number in numbers]
     assert names["jumps"].angular_frequency.values == pytest.approx(jumps, abs=2e-4)
     assert names["jumps"].type.values.tolist() == [0, 1, 0, 0, 0]
     table = Path("borders.csv").read_text().splitlines()

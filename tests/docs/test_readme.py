@@ -1,4 +1,4 @@
-"""The Python of README.md is one script, and does what it says."""
+"""The Python of README.md, and that in short of docs/api.md, are scripts that do what they say."""
 
 from __future__ import annotations
 
@@ -9,18 +9,41 @@ from pathlib import Path
 
 import pytest
 
+from sweeps.citations import bibtex
+
 ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text("utf-8")
 
 
 @pytest.mark.slow
-def test_the_python_of_the_readme_runs_as_one_script(tmp_path: Path) -> None:
-    (block,) = re.findall(
-        r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.DOTALL
-    )
+def test_the_example_of_the_readme_prints_what_it_says(tmp_path: Path) -> None:
+    (block,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    (printed,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
+    assert len([line for line in block.splitlines() if line]) <= 10
+    assert run(block, tmp_path) == printed
+    assert made_in(tmp_path) == {"map.png"}
+
+
+@pytest.mark.slow
+def test_the_calls_in_short_run_as_one_script(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "api.md").read_text("utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     (tmp_path / "configs").symlink_to(ROOT / "configs")
-    done = subprocess.run(
-        [sys.executable, "-c", block], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert len(done.stdout.splitlines()) == 2
-    made = {path.name for path in tmp_path.iterdir()} - {"configs"}
-    assert made == {"mine.nc", "courses.png", "forces.pdf", "portrait.png"}
+    assert len(run(block, tmp_path).splitlines()) == 1
+    assert made_in(tmp_path) == {"mine.nc", "courses.png", "forces.pdf", "portrait.png"}
+
+
+def test_the_bibtex_of_the_readme_is_what_the_command_prints() -> None:
+    (block,) = re.findall(r"```bibtex\n(.*?)```", README, re.DOTALL)
+    assert block.strip() == bibtex().strip()
+
+
+def run(script: str, folder: Path) -> str:
+    """What a script prints."""
+    return subprocess.run(
+        [sys.executable, "-c", script], cwd=folder, capture_output=True, text=True, check=True
+    ).stdout
+
+
+def made_in(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()} - {"configs"}
