@@ -59,6 +59,10 @@ def shown_output(name: str) -> list[str]:
     return "".join(blocks).splitlines()
 
 
+def numbers_in(text: str) -> list[float]:
+    return [float(number) for number in re.findall(r"\d+(?:\.\d+)?", text)]
+
+
 @pytest.mark.slow
 def test_critical_velocity(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     critical = run_page("critical-velocity")["critical"]
@@ -151,8 +155,9 @@ def test_which_parameter_matters(run_page: Page, capsys: pytest.CaptureFixture[s
 def test_the_tutorial_for_experimenters(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     run_page("tutorial-experimenter")
     printed = "".join(capsys.readouterr())
-    for line in shown_output("tutorial-experimenter"):
-        assert line in printed
+    for shown in shown_output("tutorial-experimenter"):
+        (line,) = re.findall(rf"^{shown.split()[0]} .*$", printed, re.MULTILINE)
+        assert numbers_in(line) == pytest.approx(numbers_in(shown), rel=1e-3)
     assert re.search(r"725 points .* 0 failed, largest amplitude error 1\.1e-05", printed)
     made = {path.name for path in Path().iterdir()}
     assert {"fit.png", "regimes.png", "forces.png", "map.html", "map.csv"} <= made
@@ -162,7 +167,10 @@ def test_the_tutorial_for_experimenters(run_page: Page, capsys: pytest.CaptureFi
 @pytest.mark.slow
 def test_which_tool(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     orbit = run_page("which-tool")["orbit"]
-    assert capsys.readouterr().out.splitlines() == shown_output("which-tool")
+    (nan, by_hand, own), shown = capsys.readouterr().out.splitlines(), shown_output("which-tool")
+    assert [nan, own] == [shown[0], shown[2]]
+    # The sixth digit of LSODA's depends on roundings.
+    assert float(by_hand.split()[1]) == pytest.approx(float(shown[1].split()[1]), rel=5e-5)
     (exact,) = re.findall(r"gives (\S+) N", page_of("which-tool"))
     off = abs(orbit.friction_force_amplitude / float(exact) - 1)
     assert off < orbit.amplitude_error
