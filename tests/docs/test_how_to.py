@@ -158,7 +158,9 @@ def test_the_tutorial_for_experimenters(run_page: Page, capsys: pytest.CaptureFi
     for shown in shown_output("tutorial-experimenter"):
         (line,) = re.findall(rf"^{shown.split()[0]} .*$", printed, re.MULTILINE)
         assert numbers_in(line) == pytest.approx(numbers_in(shown), rel=1e-3)
-    assert re.search(r"725 points .* 0 failed, largest amplitude error 1\.1e-05", printed)
+    # The error of the page depends on the last digits of the fitted value.
+    (error,) = re.findall(r"725 points .* 0 failed, largest amplitude error (\S+)", printed)
+    assert float(error) < 1e-4
     made = {path.name for path in Path().iterdir()}
     assert {"fit.png", "regimes.png", "forces.png", "map.html", "map.csv"} <= made
     assert any("replay" in name for name in made)
