@@ -14,8 +14,10 @@ if TYPE_CHECKING:
 
     from stickslip.derivatives import propagated, sensitivities
     from stickslip.indices import sensitivity_indices
+    from stickslip.model.laws import FrictionLaw, register_law
     from stickslip.options import NoiseError, OptionError, Options
     from stickslip.orbit import Orbit, stationary_orbit
+    from stickslip.own_laws import LawError
     from stickslip.parameters import ParameterError, Parameters
     from stickslip.phases import phase_diagram
     from stickslip.points import stationary_orbits
@@ -24,7 +26,9 @@ if TYPE_CHECKING:
     from stickslip.trajectory import simulate
 
 _HOMES = {
+    "FrictionLaw": "stickslip.model.laws",
     "IntegrationError": "stickslip.status",
+    "LawError": "stickslip.own_laws",
     "NoiseError": "stickslip.options",
     "OptionError": "stickslip.options",
     "Options": "stickslip.options",
@@ -35,6 +39,7 @@ _HOMES = {
     "Status": "stickslip.status",
     "phase_diagram": "stickslip.phases",
     "propagated": "stickslip.derivatives",
+    "register_law": "stickslip.model.laws",
     "sensitivities": "stickslip.derivatives",
     "sensitivity_indices": "stickslip.indices",
     "simulate": "stickslip.trajectory",
@@ -43,7 +48,9 @@ _HOMES = {
 }
 
 __all__ = [
+    "FrictionLaw",
     "IntegrationError",
+    "LawError",
     "NoiseError",
     "OptionError",
     "Options",
@@ -54,6 +61,7 @@ __all__ = [
     "Status",
     "phase_diagram",
     "propagated",
+    "register_law",
     "sensitivities",
     "sensitivity_indices",
     "simulate",

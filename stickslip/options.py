@@ -13,6 +13,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from stickslip.own_laws import LawError, UnknownLawError, origin_of
 from stickslip.variables import OBSERVABLES
 
 ADIABATIC, RELAXING = "adiabatic", "relaxing"
@@ -112,7 +113,18 @@ FRICTION_LAWS: Mapping[str, str] = MappingProxyType(
         "power-law": "stickslip.model.laws.power_law",
     }
 )
-"""Laws of the viscous stress, each with the module that declares it."""
+"""Our laws of the viscous stress, each with the module that declares it."""
+
+
+def full_law_name(name: str) -> str:
+    """Return the name of a law with the identity of one that is not ours; raises LawError."""
+    if name in FRICTION_LAWS:
+        return name
+    try:
+        return origin_of(name).full_name
+    except UnknownLawError as error:
+        ours = ", ".join(FRICTION_LAWS)
+        raise UnknownLawError(f"must be one of {ours}, not {name!r}; {error}") from None
 
 
 COSINE, HARMONICS, PULL = "cosine", "harmonics", "pull"
@@ -260,7 +272,8 @@ class Options:
     `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None stands for the
     method's own budget. A point whose error estimate exceeds `max_error` is computed again with
     finer tolerances, and is not ok if those do not help. `realizations` and `seed` belong to the
-    noise 'stochastic'. `stationary_rtol` is the remaining distance to the limit in
+    noise 'stochastic'. `friction` names a law of ours, or of your own, whose identity is added.
+    `stationary_rtol` is the remaining distance to the limit in
     (x/X_m, v/(X_m omega)); `accelerate` extrapolates clearly contracting sequences. `observables`
     changes nothing: all of them are computed.
 
@@ -289,6 +302,12 @@ class Options:
     def __post_init__(self) -> None:
         """Raise OptionError for invalid values and combinations."""
         complaints = list(self._complaints())
+        try:  # another law of the same name is another law
+            object.__setattr__(self, "friction", full_law_name(self.friction))
+        except LawError as error:
+            complaints.append(
+                f"friction{' ' if isinstance(error, UnknownLawError) else ': '}{error}"
+            )
         if complaints:
             raise OptionError("; ".join(complaints))
 
@@ -296,7 +315,6 @@ class Options:
         choices = {
             "method": METHODS,
             "noise": NOISE_TREATMENTS,
-            "friction": FRICTION_LAWS,
             "strain": STRAINS,
         }
         for name, known in choices.items():

@@ -129,7 +129,7 @@ def cache_folder() -> Path:
     RuntimeError if there is no home folder.
     """
     root = _cache_root()
-    user = f"{os.geteuid()}-" if root.is_dir() and _writable_by_others(root.stat()) else ""
+    user = f"{os.geteuid()}-" if root.is_dir() and writable_by_others(root.stat()) else ""
     return root / f"{_PREFIX}{user}{source_hash()[:16]}"
 
 
@@ -155,13 +155,14 @@ def refuse_planted(folder: Path) -> None:
         for path, status in ((folder.parent, root), (folder, found)):
             if status.st_uid not in (0, os.geteuid()):
                 raise RuntimeError(f"{path} belongs to another user; set NUMBA_CACHE_DIR")
-        if _writable_by_others(found):
+        if writable_by_others(found):
             raise RuntimeError(f"others can write into {folder}; remove it")
-        if _writable_by_others(root) and not root.st_mode & stat.S_ISVTX:
+        if writable_by_others(root) and not root.st_mode & stat.S_ISVTX:
             raise RuntimeError(f"others can exchange what lies in {folder.parent}; chmod go-w it")
 
 
-def _writable_by_others(status: os.stat_result) -> bool:
+def writable_by_others(status: os.stat_result) -> bool:
+    """Return whether others than the owner of a file or folder may write to it."""
     return bool(status.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
 

@@ -20,6 +20,7 @@ from stickslip.dispatch.stragglers import Stragglers
 from stickslip.dispatch.task import Block, Task, failed_block, is_answer
 from stickslip.dispatch.workers import Workers
 from stickslip.options import Options
+from stickslip.own_laws import is_of_this_process
 from stickslip.variables import RESULT_COLUMNS
 
 log = logging.getLogger(__name__)
@@ -78,6 +79,13 @@ def ask(
     until the point, or the line, is alone that no worker survives; it gets the status `failed`.
     `in_flight` always knows which tasks have not come back. Raises ExecutorError.
     """
+    if is_of_this_process(options.friction) and not workers.in_this_process:
+        raise ExecutorError(
+            f"the friction law {options.friction.partition('@')[0]!r} was registered in this "
+            "process, and loky or dask would compute in others, which do not know it: take threads "
+            "(`execution: {backend: threads}`), or make the law a package "
+            "(docs/how-to/friction-law.md)"
+        )
     stop, in_flight = stop or Stop(), in_flight or InFlight()
     tasks = _Tasks(rows_of, order, options, workers, stop, in_flight, most, limit)
     # There may be tasks again after there was none: those of points that came back as late.

@@ -52,6 +52,7 @@ class JoblibWorkers(Workers):
     def __init__(self, jobs: int) -> None:
         super().__init__(slots=joblib.effective_n_jobs(jobs))
         self._jobs = jobs
+        self.in_this_process = get_active_backend()[0].supports_sharedmem
 
     def __exit__(self, *exception: object) -> None:
         pass  # joblib ends its workers, or keeps them for the next call

@@ -20,6 +20,7 @@ from stickslip.dispatch.children import children_started, process_pool
 from stickslip.dispatch.workers import first_line
 from stickslip.options import Options
 from stickslip.orbit import compile_one, prepare_kernels, uncompiled
+from stickslip.own_laws import is_of_this_process
 
 log = logging.getLogger(__name__)
 
@@ -27,7 +28,7 @@ log = logging.getLogger(__name__)
 def compile_kinds(options: Options, kinds: NDArray[np.float64]) -> None:
     """Compile or load what points of these kinds (n, k) need, as `prepare_kernels` does."""
     missing = uncompiled(options, kinds)
-    if missing and _cores() > 1:
+    if missing and _cores() > 1 and not is_of_this_process(options.friction):
         with _elsewhere([partial(compile_one, options, kinds, number) for number in missing]):
             prepare_kernels(options, kinds[:0])  # what all kinds share
     prepare_kernels(options, kinds)  # loads what the others left, and makes what they did not

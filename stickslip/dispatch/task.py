@@ -15,8 +15,10 @@ from stickslip.compiled.cache import processor, source_hash
 from stickslip.dispatch.errors import WorkerMismatchError
 from stickslip.dispatch.lines import follow
 from stickslip.measure.results import STATUS
+from stickslip.model.laws import friction_law
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row
+from stickslip.own_laws import LawError
 from stickslip.plausibility import are_possible, suspicious_balance, suspicious_stress
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
@@ -73,13 +75,9 @@ class Block:
 def compute_block(task: Task) -> Block:
     """Compute a block; a point that raises gets the status `failed`.
 
-    Raises WorkerMismatchError if the sources here are not those of the one who asks.
+    Raises WorkerMismatchError as `refuse_other_code`.
     """
-    if task.code != source_hash():
-        raise WorkerMismatchError(
-            f"a worker has other sources of stickslip ({source_hash()[:12]}) than this sweep "
-            f"({task.code[:12]}); install the same version everywhere"
-        )
+    refuse_other_code(task)
     messages: list[str] = []
     begun = time.monotonic()
     try:
@@ -98,6 +96,21 @@ def compute_block(task: Task) -> Block:
         (int(suspicious[0].sum()), int(suspicious[1].sum())),
         tuple(messages),
     )
+
+
+def refuse_other_code(task: Task) -> None:
+    """Raise WorkerMismatchError if our sources, or a law, are not those of the one who asks."""
+    if task.code != source_hash():
+        raise WorkerMismatchError(
+            f"a worker has other sources of stickslip ({source_hash()[:12]}) than this sweep "
+            f"({task.code[:12]}); install the same version everywhere"
+        )
+    try:
+        friction_law(task.options.friction)
+    except LawError as error:
+        raise WorkerMismatchError(
+            f"a worker lacks the friction law of this sweep: {error}"
+        ) from error
 
 
 def failed_block(task: Task, reason: str) -> Block:

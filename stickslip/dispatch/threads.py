@@ -17,6 +17,8 @@ class ThreadExecutor(Executor):
     until their blocks are finished, which can take minutes.
     """
 
+    in_this_process = True
+
     def __exit__(self, *exception: object) -> None:
         pass  # a thread ends with its block
 

@@ -35,6 +35,9 @@ class Workers(ABC):
 
     block_seconds = 1.0
 
+    in_this_process = False
+    """Whether they know what only this process does: laws that were registered in Python."""
+
     def __init__(self, slots: int) -> None:
         self.slots = slots
 

@@ -13,7 +13,14 @@ from typing import Any
 import numpy as np
 
 from stickslip.distributions import Distribution, DistributionError, Range, of_parameter
-from stickslip.options import NO_NOISE, STOCHASTIC, methods_for
+from stickslip.options import (
+    FRICTION_LAWS,
+    NO_NOISE,
+    STOCHASTIC,
+    full_law_name,
+    methods_for,
+)
+from stickslip.own_laws import LawError
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
     PARAMETERS,
@@ -59,6 +66,8 @@ def judged(
     _judge_schedule(document, config)
     for message in _wrong_with_pull(config) if config.simulation.drive else ():
         document.refuse(message, "simulation", "drive")
+    if "film" not in unsound:
+        config = _with_law(document, config)
     _judge_order(document, config, unsound)
     _refuse_unbounded_films(document, config)
     _refuse_unfit(document, config, unsound)
@@ -371,6 +380,26 @@ def _refuse_unfit(document: Document, config: Config, unsound: Collection[str]) 
         if config.integrator.method not in able and not {section, "integrator"} & {*unsound}:
             message = f"{choice} needs `integrator: {{method: {' or '.join(able)}}}`"
             document.refuse(message, section, key)
+
+
+def _with_law(document: Document, config: Config) -> Config:
+    """Return a config with the identity of a law that is not ours; an unknown law is refused.
+
+    One that is given, as by a result, is only compared by what computes: any result can be shown.
+    """
+    film = config.film
+    if film.friction in FRICTION_LAWS:
+        if film.law is not None:
+            document.refuse(f"{film.friction} is a law of stickslip itself", "film", "law")
+    elif film.law is None:
+        try:
+            friction, _, law = full_law_name(film.friction).partition("@")
+        except LawError as error:
+            document.refuse(str(error), "film", "friction")
+        else:
+            film = film.model_copy(update={"friction": friction, "law": law})
+            return config.model_copy(update={"film": film})
+    return config
 
 
 def _refuse_scheduler(document: Document) -> None:

@@ -20,6 +20,7 @@ from pydantic import (
     Field,
     GetPydanticSchema,
     Strict,
+    WithJsonSchema,
     model_validator,
 )
 from pydantic_core.core_schema import ValidationInfo, literal_schema
@@ -196,8 +197,13 @@ class Noise(Section):
 class Film(Section):
     """Model of the lubricant film."""
 
-    friction: Annotated[str, _one_of(FRICTION_LAWS)] = Field(
-        DEFAULTS.friction, description="law of the viscous stress"
+    friction: Annotated[
+        Text, WithJsonSchema({"anyOf": [{"enum": [*FRICTION_LAWS]}, {"type": "string"}]})
+    ] = Field(DEFAULTS.friction, description="law of the viscous stress, ours or your own")
+    law: Text | None = Field(
+        None,
+        description="identity of a law of your own, which results carry: the name, the version and "
+        "a hash of its package; by default that of the installed one",
     )
     strain: Annotated[str, _one_of(STRAINS)] = Field(
         DEFAULTS.strain,

@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import stability
+from stickslip.model.laws import friction_law
 from stickslip.options import DEFAULTS, METHODS, Options
-from sweeps.config.load import Config, from_mapping, load
+from stickslip.own_laws import LawError
+from sweeps.config.load import Config, ConfigError, Problem, from_mapping, load
+from sweeps.config.schema import Film
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.grid import Grid
 from sweeps.human import counted
@@ -43,7 +46,12 @@ def config_without_axes(text: str, source: str = SOURCE) -> Mapping[str, Any]:
 
 
 def options_of(config: Config) -> Options:
-    """Return the options of a config for `compute_orbits`."""
+    """Return the options of a config for `compute_orbits`.
+
+    Raises ConfigError for a law that is not the one of its identity here.
+    """
+    for key, message in changed_law(config):
+        raise ConfigError([Problem("", None, key, message)])
     noise = config.noise
     return Options(
         **config.integrator.model_dump(),
@@ -54,7 +62,7 @@ def options_of(config: Config) -> Options:
         noise=noise.treatment,
         seed=DEFAULTS.seed if noise.seed is None else noise.seed,
         realizations=DEFAULTS.realizations if noise.realizations is None else noise.realizations,
-        friction=config.film.friction,
+        friction=_law_name(config.film),
         strain=config.film.strain,
     )
 
@@ -77,9 +85,17 @@ def coarse_step(config: Config) -> Iterator[str]:
         )
 
 
+def changed_law(config: Config) -> Iterator[tuple[str, str]]:
+    """Yield a complaint about a law that is not here, breaks a promise, or is another one."""
+    try:
+        friction_law(_law_name(config.film))
+    except LawError as error:
+        yield "film.friction", str(error)
+
+
 def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
     """Yield a complaint about a fixed step that is unstable for every point of the config."""
-    if not _has_fixed_step(config):
+    if not _has_fixed_step(config) or any(changed_law(config)):
         return
     grid, largest = Grid.from_config(config), 0.0
     for start in range(0, grid.size, _CHUNK):
@@ -104,7 +120,11 @@ def missing_scheduler(config: Config) -> Iterator[tuple[str, str]]:
         )
 
 
-CHECKS = (missing_scheduler, unstable_step)
+CHECKS = (missing_scheduler, changed_law, unstable_step)
+
+
+def _law_name(film: Film) -> str:
+    return film.friction if film.law is None else f"{film.friction}@{film.law}"
 
 
 def _has_fixed_step(config: Config) -> bool:

@@ -3,22 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import import_module
 from typing import Any
 
+from stickslip.compiled.code_hash import code_hash
+from stickslip.compiled.compilers import Part
+from stickslip.compiled.decorators import inline
 from stickslip.options import FRICTION_LAWS
+from stickslip.own_laws import LawError, Origin, origin_in_python, origin_of, register
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrictionLaw:
     """A law of the viscous stress, in inline functions of the parameters `p`.
 
     The code that integrates, measures, scales or bounds the friction uses these alone. The stress
     is odd in the relative velocity `u`; its size decreases neither with that nor with the order
     parameter `phi`. The functions are called in SI units and in those of `model/scaling.py`, so
-    dimensional numbers must come from `p`.
+    dimensional numbers must come from `p`. `register_law` has a whole one.
+
+    >>> newtonian = FrictionLaw(
+    ...     name="newtonian",
+    ...     stress=lambda p, u, phi: p.viscosity_coefficient * (u / p.film_thickness),
+    ...     rounded=lambda p, u, phi, u_s: (
+    ...         p.viscosity_coefficient * (u / p.film_thickness),
+    ...         p.viscosity_coefficient / p.film_thickness,
+    ...         0.0,
+    ...     ),
+    ...     has_cusp=lambda p: False,
+    ...     stable_slope=lambda p, u, phi: p.viscosity_coefficient / p.film_thickness,
+    ...     scaled={
+    ...         "viscosity_coefficient": lambda p, rate, stress: (
+    ...             p.viscosity_coefficient * rate / stress
+    ...         )
+    ...     },
+    ... )
+    >>> newtonian.stress(Parameters(k=2.0, h=1e-9), 1e-9, 0.0)
+    2.0
     """
 
     name: str
@@ -48,9 +71,119 @@ class FrictionLaw:
     special_indices: tuple[float, ...] = ()
     """Rheological indices with specialised kernels, in which powers are roots."""
 
+    fluids: tuple[Mapping[str, float], ...] = ()
+    """Parameters, by name or symbol, of fluids in which it is checked what the law promises; by
+    default those of power laws with an index from -0.9 to 5."""
+
+
+def friction_law(name: str) -> FrictionLaw:
+    """Return the law of this name in `options.FRICTION_LAWS`, or of this full name elsewhere.
+
+    Raises LawError for another, or for one that does not keep what laws promise.
+    """
+    if name in FRICTION_LAWS:
+        shipped: FrictionLaw = import_module(FRICTION_LAWS[name]).LAW
+        return shipped
+    law, complaint = _judged(origin_of(name))
+    if law is None:
+        raise LawError(complaint)
+    return law
+
+
+def register_law(law: FrictionLaw) -> None:
+    """Let options and configs name a law of your own, in this process.
+
+    A stress that a rate limits, with the parameters k as its largest size in Pa and gamma as the
+    rate in s-1. A number with a unit in the code of a law would be refused.
+
+    >>> import math
+    >>> from stickslip.compiled.decorators import inline
+    >>> @inline
+    ... def stress(p, u, phi):
+    ...     rate = u / p.film_thickness
+    ...     return p.viscosity_coefficient * math.atan(rate / p.rheological_index)
+    >>> @inline
+    ... def slope(p, u):
+    ...     ratio = u / p.film_thickness / p.rheological_index
+    ...     steepest = p.viscosity_coefficient / p.rheological_index / p.film_thickness
+    ...     return steepest / (1.0 + ratio * ratio)
+    >>> register_law(
+    ...     FrictionLaw(
+    ...         name="limited",
+    ...         stress=stress,
+    ...         rounded=lambda p, u, phi, u_s: (stress(p, u, phi), slope(p, u), 0.0),
+    ...         has_cusp=lambda p: False,
+    ...         stable_slope=lambda p, u, phi: slope(p, 0.0),
+    ...         scaled={
+    ...             "viscosity_coefficient": lambda p, _, stress: p.viscosity_coefficient / stress,
+    ...             "rheological_index": lambda p, rate, _: p.rheological_index / rate,
+    ...         },
+    ...         parameters=("viscosity_coefficient", "rheological_index"),
+    ...         fluids=({"k": 1e6, "gamma": 1e3}, {"k": 1e4, "gamma": 1e6}),
+    ...     )
+    ... )
+    >>> stationary_orbit(Parameters(T=320, k=1e6, gamma=1e3), friction="limited").regime.name
+    'LIQUID'
+
+    Its functions may be plain ones. Threads compute it; loky and dask, whose processes do not know
+    it, refuse. A law that they, and later runs, shall know belongs into a package
+    (docs/how-to/friction-law.md). A name may be registered again.
+
+    Parameters
+    ----------
+    law
+        The law, whose name is not one of stickslip or of an installed package.
+
+    Raises
+    ------
+    LawError
+        The name is taken, the law does not keep what laws promise, or its functions refer to
+        anything but numbers, functions and the modules math, numpy, numba and stickslip.
+    """
+    if law.name in FRICTION_LAWS:
+        raise LawError(f"{law.name!r} is a law of stickslip itself; choose another name")
+    try:
+        code = code_hash([*_functions(law).values(), *law.scaled.values(), _declared(law)])
+    except TypeError as error:
+        raise LawError(f"friction law {law.name!r}: {error}") from None
+    origin = origin_in_python(law.name, code, law)
+    judged, complaint = _judged(origin)
+    if judged is None:
+        raise LawError(complaint)
+    register(origin)
+
 
 @cache
-def friction_law(name: str) -> FrictionLaw:
-    """Return the law of this name in `options.FRICTION_LAWS`; raises KeyError for another."""
-    law: Any = import_module(FRICTION_LAWS[name]).LAW
-    return law
+def _judged(origin: Origin) -> tuple[FrictionLaw | None, str]:
+    """Return the law from elsewhere with inline functions, or None and what is wrong with it."""
+    from stickslip.model.laws.promises import require_promises  # needs units, which need laws
+
+    try:
+        law = origin.load()
+        if not isinstance(law, FrictionLaw) or law.name != origin.name:
+            raise LawError(f"it is {law!r:.60}, no FrictionLaw called {origin.name!r}")
+        inlined = {name: _inlined(function) for name, function in _functions(law).items()}
+        scaled = {name: _inlined(function) for name, function in law.scaled.items()}
+        law = replace(law, **inlined, scaled=scaled)
+        require_promises(law, origin.full_name)
+    except Exception as error:  # noqa: BLE001 - code of others may raise anything
+        kind = "" if isinstance(error, LawError) else f"{type(error).__name__}: "
+        return None, f"friction law {origin.name!r} of {origin.identity}: {kind}{error}"
+    return law, ""
+
+
+def _declared(law: FrictionLaw) -> tuple[Any, ...]:
+    """Return what a law says besides its functions, in plain values."""
+    fluids = tuple(tuple(sorted(fluid.items())) for fluid in law.fluids)
+    return tuple(law.scaled), tuple(law.parameters), tuple(law.special_indices), fluids
+
+
+def _functions(law: FrictionLaw) -> dict[str, Callable[..., Any]]:
+    return {name: getattr(law, name) for name in ("stress", "rounded", "has_cusp", "stable_slope")}
+
+
+def _inlined(function: Any) -> Any:
+    """Return a function with the flags of ours, whatever others have compiled it with."""
+    return (
+        function if isinstance(function, Part) else inline(getattr(function, "py_func", function))
+    )

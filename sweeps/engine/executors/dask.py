@@ -13,10 +13,10 @@ from typing import Any, Self
 
 from filelock import FileLock
 
-from stickslip.compiled.cache import cache_folder, source_hash
+from stickslip.compiled.cache import cache_folder
 from stickslip.dispatch.errors import ExecutorError, WorkerMismatchError, WorkersLostError
 from stickslip.dispatch.stop import in_thread
-from stickslip.dispatch.task import Block, Task, compute_block
+from stickslip.dispatch.task import Block, Task, compute_block, refuse_other_code
 from stickslip.dispatch.workers import Executor, first_line
 from stickslip.kernels.families import KIND
 from stickslip.orbit import prepare_kernels
@@ -209,12 +209,12 @@ def compute_on_cluster(task: Task) -> Block:
 
     One process compiles them; the others wait for it, and load what it has cached.
     """
-    if task.code == source_hash():
-        with contextlib.ExitStack() as stack:
-            with contextlib.suppress(OSError, RuntimeError):  # then each compiles for itself
-                lock = FileLock(cache_folder().with_suffix(".lock"), timeout=_COMPILE_SECONDS)
-                stack.enter_context(lock)
-            prepare_kernels(task.options, task.points[:, _KIND])
+    refuse_other_code(task)
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError, RuntimeError):  # then each compiles for itself
+            lock = FileLock(cache_folder().with_suffix(".lock"), timeout=_COMPILE_SECONDS)
+            stack.enter_context(lock)
+        prepare_kernels(task.options, task.points[:, _KIND])
     return compute_block(task)
 
 

@@ -1,219 +1,183 @@
-"""What every law of the viscous stress promises: odd, rising, its slope, its rounding, its bounds.
+"""What every law of the viscous stress promises: our laws keep it, and what breaks it is named.
 
 A new law in `options.FRICTION_LAWS` is tested by being there; fluids with other parameters than
-these belong into FLUIDS.
+those of `promises.FLUIDS` belong there, or into the `fluids` of the law.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
-from support.differences import slope_of
-from support.reduced import reduced_of
 
-from stickslip.model import scaling
-from stickslip.model.laws import FrictionLaw, friction_law
-from stickslip.options import FRICTION_LAWS, Physics
+from stickslip.model.laws import FrictionLaw, friction_law, promises
+from stickslip.model.laws.promises import FLUIDS, PROMISES, Fluid, fluids_of, require_promises
+from stickslip.options import FRICTION_LAWS
+from stickslip.own_laws import LawError
 from stickslip.parameters import Parameters
 
-FLUIDS = [
-    Parameters(rheological_index=gamma)
-    for gamma in (-0.9, -2 / 3, -0.5, -1 / 3, 0.0, 1 / 3, 2 / 3, 2.0, 5.0)
-] + [Parameters(viscosity_coefficient=1.0, film_thickness=1e-8)]
-
-SPEEDS = np.geomspace(1e-15, 1.0, 61).tolist()
-U_S = 8e-12
-"""A tolerance of 1e-6 of the drive's largest speed."""
-
-SCALED = (
-    "a parameter is not scaled as the law uses it: a number with a unit in its file, or a time "
-    "that meets |u|/h and is not among `scaled`"
-)
+TRIED = [
+    (name, number)
+    for name in FRICTION_LAWS
+    for number in range(len(friction_law(name).fluids or FLUIDS))
+]
 
 
-PHI = 0.37
-"""An order parameter at which laws are looked at."""
+@pytest.mark.parametrize("promise", PROMISES, ids=lambda promise: promise.__name__)
+@pytest.mark.parametrize(("name", "fluid"), TRIED)
+def test_a_law_keeps_its_promises(name: str, fluid: int, promise: Callable[[Fluid], None]) -> None:
+    promise(fluids_of(friction_law(name), name)[fluid])
 
 
-class Fluid(NamedTuple):
-    law: FrictionLaw
-    p: Parameters
-
-    def stress(self, u: float, phi: float = PHI) -> float:
-        return float(self.law.stress(self.p, u, phi))
-
-    def rounded(self, u: float, u_s: float, phi: float = PHI) -> tuple[float, float]:
-        """Stress and its slope over u."""
-        stress, slope, _ = self.law.rounded(self.p, u, phi, u_s)
-        return stress, slope
-
-
-@pytest.fixture(
-    scope="module",
-    params=[(law, p) for law in FRICTION_LAWS for p in FLUIDS],
-    ids=lambda param: f"{param[0]},{param[1].rheological_index:.2g},{param[1].film_thickness:g}",
-)
-def fluid(request: pytest.FixtureRequest) -> Fluid:
-    law, p = request.param
-    return Fluid(friction_law(law), p)
-
-
-@pytest.fixture(scope="module", params=FRICTION_LAWS)
-def law(request: pytest.FixtureRequest) -> FrictionLaw:
-    return friction_law(request.param)
-
-
-# --- what is declared ----------------------------------------------------------------------------
+@pytest.mark.parametrize("name", FRICTION_LAWS)
+def test_a_law_of_ours_is_let_in_as_one_from_elsewhere(name: str) -> None:
+    require_promises(friction_law(name), name)
 
 
 def test_an_unknown_law_is_refused() -> None:
-    with pytest.raises(KeyError, match="no-such-law"):
+    with pytest.raises(LawError, match=r"entry point of the group 'stickslip.laws', or by sticksl"):
         friction_law("no-such-law")
 
 
-def test_a_laws_own_parameters_change_its_stress(law: FrictionLaw) -> None:
-    p = Parameters()
-    for name in law.parameters:
-        changed = p._replace(**{name: 0.9 * getattr(p, name)})
-        assert law.stress(changed, 3e-6, PHI) != law.stress(p, 3e-6, PHI)
+# --- what breaks a promise ------------------------------------------------------------------------
 
 
-# --- the exact law -------------------------------------------------------------------------------
+def newtonian(p: Parameters, u: float, phi: float) -> float:
+    return p.viscosity_coefficient * (u / p.film_thickness)
 
 
-def slope(fluid: Fluid, u: float) -> float:
-    """Derivative of the exact stress with respect to `u`."""
-    return fluid.rounded(u, 0.0)[1]
+def steep(p: Parameters) -> float:
+    return p.viscosity_coefficient / p.film_thickness
 
 
-def test_the_stress_is_odd_bit_for_bit_and_has_the_sign_of_the_slip(fluid: Fluid) -> None:
-    for u in SPEEDS:
-        stress = fluid.stress(u)
-        assert stress > 0
-        assert fluid.stress(-u) == -stress
+SOUND: dict[str, Any] = {
+    "stress": newtonian,
+    "rounded": lambda p, u, phi, _: (newtonian(p, u, phi), steep(p), 0.0),
+    "has_cusp": lambda *_: False,
+    "stable_slope": lambda p, *_: steep(p),
+    "own": lambda p, u, phi: newtonian(p, u, phi),
+}
 
 
-def test_the_stress_does_not_fall_with_the_slip(fluid: Fluid) -> None:
-    speeds = [-u for u in reversed(SPEEDS)] + [0.0, *SPEEDS]
-    stresses = [fluid.stress(u) for u in speeds]
-    assert np.all(np.diff(stresses) >= 0)
-    assert min(slope(fluid, u) for u in speeds) >= 0
+def fluid_of(**functions: Any) -> Fluid:
+    """A fluid whose law is these functions in plain Python; `own` is it in the point's units."""
+    f = SOUND | functions
+
+    def sample(point: np.ndarray, where: np.ndarray, _: np.ndarray, out: np.ndarray) -> None:
+        p = Parameters(*point)
+        for (u, phi, u_s), row in zip(where.tolist(), out, strict=True):
+            row[:] = (
+                f["stress"](p, u, phi),
+                *f["rounded"](p, u, phi, u_s),
+                f["stable_slope"](p, u, phi),
+                f["own"](p, u, phi),
+                f["has_cusp"](p),
+            )
+
+    return Fluid(friction_law("power-law"), Parameters(k=1.0, gamma=0.0), sample)
 
 
-def test_the_stress_does_not_fall_with_the_order_parameter(fluid: Fluid) -> None:
-    for u in SPEEDS:
-        assert np.all(np.diff([fluid.stress(u, phi) for phi in (0.0, 1e-9, 0.1, PHI, 1.1)]) >= 0)
+def test_a_sound_law_breaks_no_promise() -> None:
+    for promise in PROMISES:
+        promise(fluid_of())
 
 
-def test_the_derivative_over_the_log_of_the_order_parameter_is_that_of_the_stress(
-    fluid: Fluid,
+BROKEN: dict[str, tuple[Any, dict[str, Any], str]] = {
+    "even": (promises.odd, {"stress": lambda p, u, phi: abs(newtonian(p, u, phi))}, r"-u\) = -str"),
+    "driving": (promises.odd, {"stress": lambda p, u, phi: -newtonian(p, u, phi)}, "stress > 0"),
+    "swallows NaN": (
+        promises.odd,
+        {"stress": lambda p, u, phi: 0.0 if math.isnan(u) else newtonian(p, u, phi)},
+        "stress of NaN is NaN, at u = nan",
+    ),
+    "falling": (
+        promises.rising_with_the_slip,
+        {"stress": lambda p, u, phi: newtonian(p, u / (1.0 + 1e4 * u * u), phi)},
+        r"stress rises with u, at u = -0\.",
+    ),
+    "falling with phi": (
+        promises.rising_with_the_order,
+        {"stress": lambda p, u, phi: newtonian(p, u, phi) * (1.0 - 0.1 * phi)},
+        r"rises with phi, up to 1e-09|rises with phi, up to 0\.1",
+    ),
+    "without its slope over phi": (
+        promises.derivative_over_the_log_of_the_order,
+        {"stress": lambda p, u, phi: newtonian(p, u, phi) * (1.0 + phi)},
+        r"third value of rounded = d stress/d ln\(phi\), at u = 1e-15 .*: 0\.0 instead of 3\.7",
+    ),
+    "with a wrong slope": (
+        promises.slope,
+        {"rounded": lambda p, u, phi, _: (newtonian(p, u, phi), 2.0 * steep(p), 0.0)},
+        r"slope = d stress/du, at u = -1 m/s, k = 1, gamma = 0: 1999999999.* instead of 1000000000",
+    ),
+    "infinite at rest": (
+        promises.finite_at_rest,
+        {"rounded": lambda p, u, phi, _: (newtonian(p, u, phi), math.inf if u == 0 else 1.0, 0.0)},
+        "slope is finite and >= 0, at u = 0 m/s",
+    ),
+    "sticking at rest": (
+        promises.finite_at_rest,
+        {"stress": lambda p, u, phi: newtonian(p, u, phi) + 1.0},
+        r"stress\(0\) = 0, at u = 0 m/s, k = 1, gamma = 0: 1\.0",
+    ),
+    "rounded elsewhere": (
+        promises.exact_away_from_the_cusp,
+        {"rounded": lambda p, u, phi, u_s: (newtonian(p, u + u_s, phi), steep(p), 0.0)},
+        r"rounded stress at u_s = 10 \|u\| = exact one",
+    ),
+    "rounded to one side": (
+        promises.rounded_odd,
+        {"rounded": lambda p, u, phi, u_s: (newtonian(p, u + u_s, phi), steep(p), 0.0)},
+        r"rounded\(-u\) = -rounded\(u\)",
+    ),
+    "rounded with another slope": (
+        promises.rounded_slope,
+        {"rounded": lambda p, u, phi, u_s: (newtonian(p, u, phi), steep(p) + 1e14 * u_s, 0.0)},
+        "slope = d stress/du, rounded at u_s = 8e-12 m/s",
+    ),
+    "with a cusp it does not have": (
+        promises.cusp,
+        {"has_cusp": lambda *_: True},
+        "slope has no bound at a cusp, at u = 0",
+    ),
+    "of a stable slope that is too small": (
+        promises.stable_slope,
+        {"stable_slope": lambda p, *_: 0.9 * steep(p)},
+        "stable_slope >= slope at 0 u",
+    ),
+    "with a hidden unit": (
+        promises.scaled,
+        {"own": lambda p, u, phi: 1.1 * newtonian(p, u, phi)},
+        r"same in the units of kernels .*, at u = -1\.6e-05 m/s",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_law_that_breaks_a_promise_is_refused_with_the_speed(name: str) -> None:
+    promise, functions, message = BROKEN[name]
+    with pytest.raises(LawError, match=message):
+        promise(fluid_of(**functions))
+
+
+def law_of(**changes: Any) -> FrictionLaw:
+    functions = {name: SOUND[name] for name in SOUND if name != "own"}
+    return FrictionLaw(**{"name": "newtonian", **functions, **changes})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"parameters": ("eyring_speed",)}, "no parameter 'eyring_speed'"),
+        ({"scaled": {"film_thickness": steep}}, "film_thickness, on which more depends than the"),
+        ({"fluids": ({"gamma": -2.0},)}, "`fluids`: rheological_index must be greater than -1"),
+    ],
+)
+def test_a_law_that_declares_what_cannot_be_is_refused(
+    changes: dict[str, Any], message: str
 ) -> None:
-    for u in SPEEDS[::10]:
-
-        def stress(psi: float, u: float = u) -> float:
-            return fluid.stress(u, math.exp(psi))
-
-        of_law = fluid.law.rounded(fluid.p, u, PHI, 0.0)[2]
-        difference = slope_of(stress, math.log(PHI), 1e-3)
-        assert of_law == pytest.approx(difference, rel=1e-9, abs=1e-11 * fluid.stress(u))
-
-
-def test_the_slope_is_the_derivative_of_the_stress(fluid: Fluid) -> None:
-    def stress(u: float) -> float:
-        return fluid.stress(u)
-
-    for u in [*SPEEDS, *(-u for u in SPEEDS)]:
-        # Where the stress is nearly constant the differences lose digits, and a law need not be
-        # exact to more than a rounding of its stress at the speed of the drive.
-        noise = 1e-11 * abs(stress(u) / u) + 1e-13 * stress(8e-6) / abs(u)
-        difference = slope_of(stress, u, 1e-3 * u)
-        assert slope(fluid, u) == pytest.approx(difference, rel=1e-9, abs=noise)
-
-
-@pytest.mark.parametrize("u", [0.0, -0.0, 5e-324, -5e-324, 1e-300])
-def test_all_is_finite_where_the_blocks_move_together(fluid: Fluid, u: float) -> None:
-    for u_s in (0.0, U_S):
-        stress, steepness = fluid.rounded(u, u_s)
-        assert math.isfinite(stress)
-        assert 0 <= steepness < math.inf
-    assert math.isfinite(fluid.stress(u))
-    assert 0 <= slope(fluid, u) < math.inf
-
-
-def test_the_stress_vanishes_where_the_blocks_move_together(fluid: Fluid) -> None:
-    assert fluid.stress(0.0) == 0.0
-    assert fluid.rounded(0.0, U_S)[0] == 0.0
-
-
-def test_nan_goes_through(fluid: Fluid) -> None:
-    assert math.isnan(fluid.stress(math.nan))
-    assert math.isnan(fluid.rounded(math.nan, U_S)[0])
-
-
-# --- the rounded law -----------------------------------------------------------------------------
-
-
-def test_the_rounded_law_is_the_exact_one_away_from_the_cusp(fluid: Fluid) -> None:
-    for u in [*SPEEDS, *(-u for u in SPEEDS)]:
-        for part in (1e-3, 1e-5, 1e-7):
-            exact = fluid.stress(u), slope(fluid, u)
-            rounded = fluid.rounded(u, part * abs(u))
-            # The distance falls with the square; a general power is exact to its logarithm.
-            assert rounded == pytest.approx(exact, rel=20 * part**2 + 1e-13, abs=0)
-
-
-def test_without_a_cusp_there_is_nothing_to_round(fluid: Fluid) -> None:
-    if not fluid.law.has_cusp(fluid.p):
-        for u in SPEEDS:
-            exact = fluid.stress(u), slope(fluid, u)
-            assert fluid.rounded(u, 10 * u) == pytest.approx(exact, rel=1e-13, abs=0)
-
-
-def test_the_rounded_stress_is_odd_and_its_slope_even_bit_for_bit(fluid: Fluid) -> None:
-    for u in SPEEDS:
-        stress, steepness = fluid.rounded(u, U_S)
-        assert fluid.rounded(-u, U_S) == (-stress, steepness)
-
-
-def test_the_rounded_slope_is_the_derivative_of_the_rounded_stress(fluid: Fluid) -> None:
-    def stress(u: float) -> float:
-        return fluid.rounded(u, U_S)[0]
-
-    for u in [way * size * U_S for size in np.geomspace(0.1, 30.0, 30) for way in (1, -1)]:
-        step = 1e-3 * abs(u)
-        noise = 1e-14 * 40 * max(abs(stress(u - 2 * step)), abs(stress(u + 2 * step))) / step
-        noise += 1e-13 * stress(8e-6) / abs(u)
-        rounded = fluid.rounded(u, U_S)[1]
-        assert rounded == pytest.approx(slope_of(stress, u, step), rel=1e-9, abs=noise)
-
-
-# --- what a law says about itself ----------------------------------------------------------------
-
-
-def test_a_cusp_is_where_the_slope_has_no_bound(fluid: Fluid) -> None:
-    at_rest, near = (slope(fluid, u) for u in (0.0, 1e-15))
-    if fluid.law.has_cusp(fluid.p):
-        assert at_rest > 10 * near > 10 * slope(fluid, 1e-6)
-        assert fluid.rounded(0.0, U_S)[1] < at_rest
-    else:
-        assert at_rest <= near * (1 + 1e-6)
-
-
-def test_the_stable_slope_bounds_the_slopes_of_a_law_without_a_cusp(fluid: Fluid) -> None:
-    for u in SPEEDS:
-        stable = fluid.law.stable_slope(fluid.p, u, PHI)
-        assert 0 <= stable < math.inf
-        if not fluid.law.has_cusp(fluid.p):
-            slopes = [slope(fluid, part * u) for part in (0.0, 0.1, 0.5, 1.0)]
-            assert stable >= max(slopes) * (1 - 1e-12)
-
-
-def test_the_nondimensional_stress_is_the_original_in_other_units(fluid: Fluid) -> None:
-    unit = scaling.units_of(fluid.p)
-    q = scaling.model_values(None)(reduced_of(fluid.p, Physics(fluid.law.name)))
-    for u in (-2.0, 1e-3, 1.0, 30.0):
-        expected = fluid.stress(u * unit.speed) / unit.stress
-        assert fluid.law.stress(q, u, PHI) == pytest.approx(expected, rel=1e-12, abs=0), SCALED
+    with pytest.raises(LawError, match=message):
+        fluids_of(law_of(**changes), "newtonian")

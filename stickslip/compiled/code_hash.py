@@ -1,0 +1,65 @@
+"""A hash of functions by what they do: their code, and the code and numbers that it refers to."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dis import get_instructions
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+_MODULES = ("math", "numpy", "numba", "stickslip")  # versions of them are accounted for elsewhere
+_PLAIN = (int, float, str, bytes, type(None), type(Ellipsis))
+
+
+def code_hash(functions: Iterable[Any]) -> str:
+    """Return the hexadecimal SHA-256 of functions, plain or compiled by Numba.
+
+    It changes with their code, their defaults, and what they refer to: other functions and numbers.
+    It is that of one version of Python.
+
+    Raises TypeError, naming it, for a reference to anything else, whose changes it could not see.
+    """
+    digest, seen = hashlib.sha256(), set[int]()
+    for function in functions:
+        _take(digest, function, "a function of the law", seen)
+    return digest.hexdigest()
+
+
+def _take(digest: Any, value: Any, name: str, seen: set[int]) -> None:
+    """Take a value into the hash: a function once, with all that it refers to."""
+    value = getattr(value, "py_func", value)
+    home = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
+    if isinstance(value, _PLAIN):
+        digest.update(f"{type(value).__name__} {value!r}\0".encode())
+    elif isinstance(value, (tuple, frozenset)):
+        digest.update(f"{len(value)} values\0".encode())
+        for each in value if isinstance(value, tuple) else sorted(value, key=repr):
+            _take(digest, each, name, seen)
+    elif isinstance(value, CodeType):
+        digest.update(value.co_code + repr((value.co_names, value.co_varnames)).encode())
+        _take(digest, value.co_consts, name, seen)
+    elif str(home).partition(".")[0] in _MODULES:
+        digest.update(f"{home} {getattr(value, '__qualname__', '')}\0".encode())
+    elif not isinstance(value, FunctionType):
+        raise TypeError(
+            f"{name} is of the type {type(value).__name__}; a law may refer to numbers, tuples, "
+            f"functions, and the modules {', '.join(_MODULES)}"
+        )
+    elif id(value) not in seen:
+        seen.add(id(value))
+        _take(digest, value.__code__, name, seen)
+        _take(digest, value.__defaults__ or (), name, seen)
+        cells = zip(value.__code__.co_freevars, value.__closure__ or (), strict=True)
+        inner = {name: cell.cell_contents for name, cell in cells}
+        outer = {n: value.__globals__[n] for n in _names(value.__code__) if n in value.__globals__}
+        for each, referred in sorted((outer | inner).items()):
+            digest.update(f"{each}\0".encode())
+            _take(digest, referred, f"`{each}`, to which {value.__name__} refers,", seen)
+
+
+def _names(code: CodeType) -> set[str]:
+    """Return the names outside itself that code refers to, with those of functions inside."""
+    loaded = {each.argval for each in get_instructions(code) if each.opname == "LOAD_GLOBAL"}
+    inside = [constant for constant in code.co_consts if isinstance(constant, CodeType)]
+    return loaded.union(*map(_names, inside))

@@ -1,0 +1,191 @@
+"""Laws of friction that are not ours: those of installed packages, and those of this process.
+
+What identifies such a law is known before any of its code runs: the name and version of its
+distribution with a hash of the files, or a hash of the code that was registered. The law goes by
+`NAME@IDENTITY` in options, and so in kernels, their cache and in what workers are sent.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import stat
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from stickslip.compiled.cache import writable_by_others
+
+GROUP = "stickslip.laws"
+"""The group of entry points in which a distribution declares its laws."""
+
+_HOW_TO = (
+    "a law of your own comes in an installed package, with an entry point of the group "
+    f"{GROUP!r}, or by stickslip.register_law (docs/how-to/friction-law.md)"
+)
+
+_IN_PYTHON = "python+"
+_DIGITS = 32  # hexadecimal, of a hash: 128 bits, as the keys of points
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")  # it becomes part of file names
+
+
+class LawError(ValueError):
+    """A law of friction is unknown, breaks a promise or is another one than asked for.
+
+    >>> Options(friction="eyring")
+    Traceback (most recent call last):
+    stickslip.options.OptionError: friction must be one of power-law, not 'eyring'; ...
+    >>> register_law(FrictionLaw("power-law", *4 * [abs]))
+    Traceback (most recent call last):
+    stickslip.own_laws.LawError: 'power-law' is a law of stickslip itself; choose another name
+    """
+
+
+class UnknownLawError(LawError):
+    """No law has this name; the message says how to add one."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a law comes from; `load` returns what it is there, unchecked."""
+
+    name: str
+    identity: str
+    load: Callable[[], Any] = field(compare=False, repr=False)
+
+    @property
+    def full_name(self) -> str:
+        """The name with the identity: no other law has it."""
+        return f"{self.name}@{self.identity}"
+
+
+_registered: dict[str, Origin] = {}
+"""Those of this process, by name and by full name; what is replaced keeps its full name."""
+
+
+def is_of_this_process(full_name: str) -> bool:
+    """Return whether a law was registered in Python, so that other processes do not know it."""
+    return full_name.partition("@")[2].startswith(_IN_PYTHON)
+
+
+def origin_of(given: str) -> Origin:
+    """Return where the law of a name, or a full name, comes from; raises LawError."""
+    name, _, identity = given.partition("@")
+    origin = _registered.get(given) or _registered.get(name)
+    try:
+        origin = origin or _installed(name)
+    except UnknownLawError:
+        if not identity:
+            raise
+        how = "register" if is_of_this_process(given) else "install"
+        raise LawError(f"the law {given} is not here; {how} the same one first") from None
+    if identity not in ("", origin.identity):
+        raise LawError(
+            f"the law {given} is {origin.identity} here, which may give other numbers; install or "
+            "register the former again, or compute anew without `film.law`"
+        )
+    return origin
+
+
+def origin_in_python(name: str, code: str, law: object) -> Origin:
+    """Return the origin of a law of this process with this hash of its code; raises LawError."""
+    if not _NAME.fullmatch(name):
+        raise LawError(f"{name!r} cannot be the name of a law: letters, digits, - and _, up to 40")
+    if entries := metadata.entry_points(group=GROUP, name=name):
+        raise LawError(f"{name!r} is a law of {_packages(entries)}; choose another name")
+    return Origin(name, f"{_IN_PYTHON}{code[:_DIGITS]}", lambda: law)
+
+
+def register(origin: Origin) -> None:
+    """Let the name of a law of this process stand for it from now on."""
+    _registered[origin.name] = _registered[origin.full_name] = origin
+
+
+@cache
+def _installed(name: str) -> Origin:
+    """Return the origin of the law that a distribution declares; raises LawError."""
+    entries = metadata.entry_points(group=GROUP, name=name)
+    if not entries or not _NAME.fullmatch(name):
+        others = sorted(_registered.keys() | metadata.entry_points(group=GROUP).names)
+        known = ", ".join(each for each in others if "@" not in each)
+        raise UnknownLawError(f"{f'known too are {known}; ' if known else ''}{_HOW_TO}")
+    if len(entries) > 1:
+        raise LawError(f"{name!r} is a law of {_packages(entries)}; uninstall all but one")
+    (entry,) = entries
+    identity = _identity(entry)
+
+    def load() -> Any:
+        law = entry.load()
+        if _identity(entry) != identity:
+            raise LawError(f"{identity} was changed while it was in use; start again")
+        return law
+
+    return Origin(name, identity, load)
+
+
+def _packages(entries: metadata.EntryPoints) -> str:
+    return " and ".join(sorted(entry.dist.name for entry in entries if entry.dist))
+
+
+def _identity(entry: metadata.EntryPoint) -> str:
+    """Return the name and version of a law's distribution with a hash of its files.
+
+    Raises LawError if its code would come from elsewhere or others could have put it there.
+    """
+    distribution: Any = entry.dist
+    called = f"the package {distribution.name}, which has the law {entry.name!r},"
+    root = Path(distribution.locate_file("")).resolve()
+    files = {
+        path.as_posix(): root / path
+        for path in distribution.files or ()
+        if "__pycache__" not in path.parts and ".." not in path.parts  # commands lie elsewhere
+    }
+    if root == Path.cwd():
+        raise LawError(f"{called} lies in the current folder, {root}; install it, or go elsewhere")
+    _require_its_module(entry.module, root, files, called)
+    for path in dict.fromkeys(p for file in files.values() for p in (file, *file.parents)):
+        _refuse_exposed(path, called, inside=root == path or root in path.parents)
+    version = f"{re.sub(r'[-_.]+', '-', distribution.name).lower()}-{distribution.version}"
+    digest = hashlib.sha256(f"{version}\0{entry.value}".encode())
+    for name, path in sorted(files.items()):
+        if not name.partition("/")[0].endswith((".dist-info", ".egg-info")):
+            content = hashlib.sha256(path.read_bytes()).digest()
+            digest.update(f"\0{name}\0".encode() + content)
+    return f"{version}+{digest.hexdigest()[:_DIGITS]}"
+
+
+def _require_its_module(module: str, root: Path, files: dict[str, Path], called: str) -> None:
+    """Raise LawError where a module is not a file of its distribution, or another hides it."""
+    path, top = module.replace(".", "/"), module.partition(".")[0]
+    if not {f"{path}.py", f"{path}/__init__.py"} & files.keys():
+        raise LawError(
+            f"{called} does not list the module {module} among its files, as if installed with "
+            "`pip install --editable`; install it without"
+        )
+    spec = find_spec(top)
+    inside, origin = (spec.submodule_search_locations, spec.origin) if spec else (None, None)
+    places = [Path(place).resolve() for place in inside or [origin or "."]]
+    if places not in ([root / top], [root / f"{top}.py"]):
+        raise LawError(f"{called} is hidden by another module {top}, {places[0]}; remove that")
+
+
+def _refuse_exposed(path: Path, called: str, *, inside: bool) -> None:
+    """Raise LawError where others than who runs this could have changed a file or a folder."""
+    try:
+        status = path.stat()
+    except OSError as error:
+        raise LawError(f"{called} is damaged ({error}); install it again") from error
+    # Whoever owns this code can run any already: root, this user, or the keeper of an installation.
+    if status.st_uid not in (0, os.geteuid(), Path(__file__).stat().st_uid):
+        raise LawError(f"{called} could be changed by others: {path} belongs to another user")
+    # What lies in a folder with a sticky bit, such as /tmp, only its owner can exchange.
+    if writable_by_others(status) and (inside or not status.st_mode & stat.S_ISVTX):
+        raise LawError(
+            f"{called} could be changed by others, who may write to {path}; if nobody has: "
+            f"chmod go-w {path}"
+        )
