@@ -162,7 +162,9 @@ def test_an_unknown_choice_is_refused_with_the_known_ones(name: str) -> None:
     with pytest.raises(OptionError) as caught:
         Options(**{name: "nonsense"})
     known = ", ".join(CHOICES[name])
-    assert str(caught.value) == f"{name} must be one of {known}, not 'nonsense'"
+    said, _, how_to_add = str(caught.value).partition("; ")
+    assert said == f"{name} must be one of {known}, not 'nonsense'"
+    assert ("register_law" in how_to_add) == (name == "friction")
     for value in CHOICES[name]:
         assert getattr(Options(**{name: value}), name) == value
 

@@ -1,0 +1,67 @@
+"""The hash of functions changes with what they do, and with nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import pytest
+
+from stickslip.compiled.code_hash import code_hash
+from stickslip.compiled.decorators import inline
+
+SOURCE = """
+import math
+
+SIZE = 2.0
+
+def helper(u):
+    return math.sqrt(u) * SIZE
+
+def law(p, u, factor=3.0):
+    return helper(u) * factor + 1.0
+"""
+
+
+def hash_of(source: str, name: str = "law", around: Callable[[Any], Any] = lambda f: f) -> str:
+    names: dict[str, Any] = {"__name__": "__main__"}
+    exec(source, names)
+    return code_hash([around(names[name])])
+
+
+@pytest.mark.parametrize(
+    ("text", "other"),
+    [
+        ("SIZE = 2.0", "SIZE = 2.5"),
+        ("SIZE = 2.0", "SIZE = 2"),
+        ("sqrt", "cbrt"),
+        ("factor=3.0", "factor=4.0"),
+        ("+ 1.0", "- 1.0"),
+        ("+ 1.0", "+ 1.5"),
+        ("helper(u) *", "helper(-u) *"),
+    ],
+)
+def test_any_change_of_what_a_function_does_changes_the_hash(text: str, other: str) -> None:
+    assert text in SOURCE
+    assert hash_of(SOURCE.replace(text, other)) != hash_of(SOURCE)
+
+
+def test_where_code_stands_and_who_compiles_it_changes_nothing() -> None:
+    moved = "# elsewhere\n\nOTHER = [1]\n" + SOURCE
+    assert hash_of(moved) == hash_of(SOURCE)
+    assert hash_of(SOURCE, around=inline) == hash_of(SOURCE, around=numba.njit) == hash_of(SOURCE)
+
+
+def test_closures_count() -> None:
+    def law_of(size: float) -> Callable[[float], float]:
+        return lambda u: size * math.sqrt(u)
+
+    assert code_hash([law_of(1.0)]) == code_hash([law_of(1.0)]) != code_hash([law_of(2.0)])
+
+
+@pytest.mark.parametrize("value", ["[1.0]", "{}", "__import__('json')", "object()"])
+def test_a_reference_whose_changes_it_could_not_see_is_refused_by_name(value: str) -> None:
+    with pytest.raises(TypeError, match=r"`SIZE`, to which helper refers, is of the type"):
+        hash_of(SOURCE.replace("SIZE = 2.0", f"SIZE = {value}"))
