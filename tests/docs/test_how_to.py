@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 import sys
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,13 +15,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from stickslip import own_laws
 from sweeps.cli.app import main
 
 DOCS = Path(__file__).parents[2] / "docs"
 FOLDER = DOCS / "how-to"
 
 CONFIG = re.compile(
-    r"^```\{code-block\} (?:yaml|text)\n:caption: (\S+)\n\n(.*?)^```", re.MULTILINE | re.DOTALL
+    r"^```\{code-block\} (?:yaml|text|python|toml)\n:caption: (\S+)\n\n(.*?)^```",
+    re.MULTILINE | re.DOTALL,
 )
 COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 Page = Callable[[str], dict[str, Any]]
@@ -187,6 +191,19 @@ def test_the_orbits_for_other_codes(run_page: Page) -> None:
         stick_slip, _, relaxing = map(float, table[row].split(" | "))
         assert getattr(names["orbit"], name) == pytest.approx(stick_slip, rel=3e-12)
         assert getattr(names["relaxing"], name) == pytest.approx(relaxing, rel=3e-12)
+
+
+@pytest.mark.slow
+def test_a_friction_law(run_page: Page, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(own_laws, "_registered", {})
+    monkeypatch.syspath_prepend("")
+    orbit = run_page("friction-law")["orbit"]
+    # Stiff springs hold the block, so the liquid film shears at the speed of the drive.
+    expected = 0.6e-9 * 1e6 * math.atan(0.8e-6 * 10 / 1e-9 / 1e3)
+    assert orbit.friction_force_amplitude == pytest.approx(expected, rel=0.02)
+    project = tomllib.loads(Path("pyproject.toml").read_text())["project"]
+    (law,) = project["entry-points"][own_laws.GROUP].values()
+    assert law == "limited:LIMITED"
 
 
 @pytest.mark.stress
