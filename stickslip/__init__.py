@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
     from stickslip.derivatives import propagated, sensitivities
     from stickslip.indices import sensitivity_indices
+    from stickslip.laws import LawError
     from stickslip.model.laws import FrictionLaw, register_law
     from stickslip.options import NoiseError, OptionError, Options
     from stickslip.orbit import Orbit, stationary_orbit
-    from stickslip.own_laws import LawError
     from stickslip.parameters import ParameterError, Parameters
     from stickslip.phases import phase_diagram
     from stickslip.points import stationary_orbits
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "FrictionLaw": "stickslip.model.laws",
     "IntegrationError": "stickslip.status",
-    "LawError": "stickslip.own_laws",
+    "LawError": "stickslip.laws",
     "NoiseError": "stickslip.options",
     "OptionError": "stickslip.options",
     "Options": "stickslip.options",

@@ -13,7 +13,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from stickslip.own_laws import LawError, UnknownLawError, origin_of
+from stickslip.laws import LawError, UnknownLawError, origin_of
 from stickslip.variables import OBSERVABLES
 
 ADIABATIC, RELAXING = "adiabatic", "relaxing"

@@ -19,8 +19,8 @@ from stickslip.dispatch.stop import Stop
 from stickslip.dispatch.stragglers import Stragglers
 from stickslip.dispatch.task import Block, Task, failed_block, is_answer
 from stickslip.dispatch.workers import Workers
+from stickslip.laws import is_of_this_process
 from stickslip.options import Options
-from stickslip.own_laws import is_of_this_process
 from stickslip.variables import RESULT_COLUMNS
 
 log = logging.getLogger(__name__)

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from stickslip.dispatch.children import children_started, process_pool
 from stickslip.dispatch.workers import first_line
+from stickslip.laws import is_of_this_process
 from stickslip.options import Options
 from stickslip.orbit import compile_one, prepare_kernels, uncompiled
-from stickslip.own_laws import is_of_this_process
 
 log = logging.getLogger(__name__)
 

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from stickslip.compiled.cache import processor, source_hash
 from stickslip.dispatch.errors import WorkerMismatchError
 from stickslip.dispatch.lines import follow
+from stickslip.laws import LawError
 from stickslip.measure.results import STATUS
 from stickslip.model.laws import friction_law
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row
-from stickslip.own_laws import LawError
 from stickslip.plausibility import are_possible, suspicious_balance, suspicious_stress
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS

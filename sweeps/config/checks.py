@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.distributions import Distribution, DistributionError, Range, of_parameter
+from stickslip.laws import LawError
 from stickslip.options import (
     FRICTION_LAWS,
     NO_NOISE,
@@ -20,7 +21,6 @@ from stickslip.options import (
     full_law_name,
     methods_for,
 )
-from stickslip.own_laws import LawError
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
     PARAMETERS,

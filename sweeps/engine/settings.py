@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import stability
+from stickslip.laws import LawError
 from stickslip.model.laws import friction_law
 from stickslip.options import DEFAULTS, METHODS, Options
-from stickslip.own_laws import LawError
 from sweeps.config.load import Config, ConfigError, Problem, from_mapping, load
 from sweeps.config.schema import Film
 from sweeps.config.yaml_reader import read_mapping

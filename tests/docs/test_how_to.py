@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from stickslip import own_laws
+from stickslip import laws
 from sweeps.cli.app import main
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -195,14 +195,14 @@ def test_the_orbits_for_other_codes(run_page: Page) -> None:
 
 @pytest.mark.slow
 def test_a_friction_law(run_page: Page, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(own_laws, "_registered", {})
+    monkeypatch.setattr(laws, "_registered", {})
     monkeypatch.syspath_prepend("")
     orbit = run_page("friction-law")["orbit"]
     # Stiff springs hold the block, so the liquid film shears at the speed of the drive.
     expected = 0.6e-9 * 1e6 * math.atan(0.8e-6 * 10 / 1e-9 / 1e3)
     assert orbit.friction_force_amplitude == pytest.approx(expected, rel=0.02)
     project = tomllib.loads(Path("pyproject.toml").read_text())["project"]
-    (law,) = project["entry-points"][own_laws.GROUP].values()
+    (law,) = project["entry-points"][laws.GROUP].values()
     assert law == "limited:LIMITED"
 
 

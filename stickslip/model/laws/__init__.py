@@ -11,8 +11,8 @@ from typing import Any
 from stickslip.compiled.code_hash import code_hash
 from stickslip.compiled.compilers import Part
 from stickslip.compiled.decorators import inline
+from stickslip.laws import LawError, Origin, origin_in_python, origin_of, register
 from stickslip.options import FRICTION_LAWS
-from stickslip.own_laws import LawError, Origin, origin_in_python, origin_of, register
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.compiled.decorators import kernel_factory, named_kernel
 from stickslip.compiled.fields import make_row_reader
+from stickslip.laws import LawError
 from stickslip.model import scaling
 from stickslip.model.laws import FrictionLaw
-from stickslip.own_laws import LawError
 from stickslip.parameters import ParameterError, Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
 

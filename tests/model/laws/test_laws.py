@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stickslip.laws import LawError
 from stickslip.model.laws import FrictionLaw, friction_law, promises
 from stickslip.model.laws.promises import FLUIDS, PROMISES, Fluid, fluids_of, require_promises
 from stickslip.options import FRICTION_LAWS
-from stickslip.own_laws import LawError
 from stickslip.parameters import Parameters
 
 TRIED = [

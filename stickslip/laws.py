@@ -42,7 +42,7 @@ class LawError(ValueError):
     stickslip.options.OptionError: friction must be one of power-law, not 'eyring'; ...
     >>> register_law(FrictionLaw("power-law", *4 * [abs]))
     Traceback (most recent call last):
-    stickslip.own_laws.LawError: 'power-law' is a law of stickslip itself; choose another name
+    stickslip.laws.LawError: 'power-law' is a law of stickslip itself; choose another name
     """
 
 

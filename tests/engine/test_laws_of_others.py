@@ -11,20 +11,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.own_law import CONFIG, LAW, install
+from support.law_package import CONFIG, LAW, install
 from support.sweeps.commands import process
 from support.sweeps.workers import ROOT
 
-from stickslip import own_laws
+from stickslip import laws
 from stickslip.compiled.cache import source_hash
 from stickslip.compiled.decorators import KERNEL_NAMES
 from stickslip.dispatch.ask import ask
 from stickslip.dispatch.blocks import Given
 from stickslip.dispatch.errors import ExecutorError, WorkerMismatchError
 from stickslip.dispatch.task import Task, compute_block
+from stickslip.laws import LawError, origin_of
 from stickslip.model.laws import FrictionLaw, friction_law, register_law
 from stickslip.options import DEFAULTS, OptionError, Options
-from stickslip.own_laws import LawError, origin_of
 from stickslip.parameters import Parameters
 from sweeps.config.load import ConfigError, from_mapping
 from sweeps.engine.executors.dask import ClusterExecutor
@@ -43,8 +43,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     here.mkdir()
     (here / "a.yaml").write_text(CONFIG)
     monkeypatch.chdir(here)
-    monkeypatch.setattr(own_laws, "_registered", {})
-    own_laws._installed.cache_clear()
+    monkeypatch.setattr(laws, "_registered", {})
+    laws._installed.cache_clear()
     return here
 
 
@@ -78,7 +78,7 @@ def test_a_law_of_a_package_is_swept_replayed_and_refused_when_it_changes(site: 
     was = origin_of("limited").identity
     assert f'law: "{was}"' in first.attrs["config"]
     install(site, factor=1.5)
-    own_laws._installed.cache_clear()
+    laws._installed.cache_clear()
     now = origin_of("limited").identity
     resumed = process("sweep", "a.yaml", "-o", "a.nc")
     assert resumed.code == 2
@@ -121,7 +121,7 @@ def test_the_same_package_has_the_same_identity_and_any_other_another(site: Path
         compiled = module.parent / "__pycache__"
         compiled.mkdir()
         (compiled / "laws.pyc").write_text(str(changes))
-        own_laws._installed.cache_clear()
+        laws._installed.cache_clear()
         return origin_of("limited").identity
 
     found = [identity(), identity(factor=2.0), identity(version="1.0.1"), identity(name="stiff")]
@@ -184,7 +184,7 @@ def test_a_law_that_others_could_change_or_that_is_none_is_refused(
 def test_a_law_of_a_folder_of_another_user_is_refused(
     site: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    other = 1 + max(os.geteuid(), Path(own_laws.__file__).stat().st_uid, site.stat().st_uid)
+    other = 1 + max(os.geteuid(), Path(laws.__file__).stat().st_uid, site.stat().st_uid)
     if os.geteuid() != 0:
         pytest.skip("only root can give a file to another user")
     os.chown(site / "pliant", other, -1)
@@ -230,11 +230,11 @@ def test_a_law_of_this_process_is_computed_by_threads_and_by_nobody_else() -> No
     )
     # Each is computed again with its own law, whichever has the name now.
     assert once.stickslip.at().differences() == other.stickslip.at().differences() == {}
-    own_laws._registered.clear()
+    laws._registered.clear()
     register_law(law_in_python(1.5))
     with pytest.raises(ConfigError, match="may give other numbers"):
         once.stickslip.at().orbit()
-    own_laws._registered.clear()
+    laws._registered.clear()
     with pytest.raises(ConfigError, match="is not here; register the same one first"):
         once.stickslip.at().orbit()
 
