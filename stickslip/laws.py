@@ -75,7 +75,7 @@ def is_of_this_process(full_name: str) -> bool:
 
 def origin_of(given: str) -> Origin:
     """Return where the law of a name, or a full name, comes from; raises LawError."""
-    name, _, identity = given.partition("@")
+    name, _, identity = str(given).partition("@")
     origin = _registered.get(given) or _registered.get(name)
     try:
         origin = origin or _installed(name)

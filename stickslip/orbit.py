@@ -298,7 +298,7 @@ def stationary_orbit(
         Drive periods of the statistics of an orbit that never closes (200 by default) or of each
         realization (32).
     friction
-        The law of the viscous stress, one of `options.FRICTION_LAWS`.
+        The law of the viscous stress, one of `options.FRICTION_LAWS` or of your own.
     strain
         The elastic strain: 'adiabatic' (Eq. 24) or 'relaxing', a variable of its own (Eq. 23).
     max_periods, max_steps

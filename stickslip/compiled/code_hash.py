@@ -8,6 +8,8 @@ from dis import get_instructions
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
+from numba.core.dispatcher import Dispatcher
+
 _MODULES = ("math", "numpy", "numba", "stickslip")  # versions of them are accounted for elsewhere
 _PLAIN = (int, float, str, bytes, type(None), type(Ellipsis))
 
@@ -21,14 +23,17 @@ def code_hash(functions: Iterable[Any]) -> str:
     Raises TypeError, naming it, for a reference to anything else, whose changes it could not see.
     """
     digest, seen = hashlib.sha256(), set[int]()
-    for function in functions:
-        _take(digest, function, "a function of the law", seen)
+    for function in functions:  # these themselves get our flags
+        _take(digest, getattr(function, "py_func", function), "a function of the law", seen)
     return digest.hexdigest()
 
 
 def _take(digest: Any, value: Any, name: str, seen: set[int]) -> None:
     """Take a value into the hash: a function once, with all that it refers to."""
-    value = getattr(value, "py_func", value)
+    if isinstance(value, Dispatcher):
+        flags = {k: sorted(v) if isinstance(v, set) else v for k, v in value.targetoptions.items()}
+        digest.update(repr(sorted(flags.items())).encode())
+        value = value.py_func
     home = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     if isinstance(value, _PLAIN):
         digest.update(f"{type(value).__name__} {value!r}\0".encode())

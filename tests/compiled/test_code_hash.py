@@ -54,6 +54,14 @@ def test_where_code_stands_and_who_compiles_it_changes_nothing() -> None:
     assert hash_of(SOURCE, around=inline) == hash_of(SOURCE, around=numba.njit) == hash_of(SOURCE)
 
 
+@pytest.mark.parametrize("flags", ["fastmath=True", "fastmath={'contract', 'arcp', 'nnan'}"])
+def test_the_flags_of_what_a_function_calls_count(flags: str) -> None:
+    def compiled(flags: str) -> str:
+        return SOURCE.replace("def helper", f"import numba\n\n@numba.njit({flags})\ndef helper")
+
+    assert hash_of(compiled(flags)) == hash_of(compiled(flags)) != hash_of(compiled(""))
+
+
 def test_closures_count() -> None:
     def law_of(size: float) -> Callable[[float], float]:
         return lambda u: size * math.sqrt(u)

@@ -120,13 +120,17 @@ def test_the_same_package_has_the_same_identity_and_any_other_another(site: Path
         module = install(site, **changes)
         compiled = module.parent / "__pycache__"
         compiled.mkdir()
-        (compiled / "laws.pyc").write_text(str(changes))
+        (compiled / "laws.pyc").write_bytes(os.urandom(8))
         laws._installed.cache_clear()
         return origin_of("limited").identity
 
     found = [identity(), identity(factor=2.0), identity(version="1.0.1"), identity(name="stiff")]
     assert len({*found}) == 4
     assert identity() == found[0]
+    points = site / "pliant-1.0.dist-info" / "entry_points.txt"
+    points.write_text(points.read_text().replace(":LIMITED", ":OTHER"))
+    laws._installed.cache_clear()
+    assert origin_of("limited").identity not in found
 
 
 def exposed(path: str, mode: int) -> Callable[[Path], object]:

@@ -61,7 +61,8 @@ def install(site: Path, *, factor: float = 1.0, version: str = "1.0", name: str 
         info / "METADATA": f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n",
         info / "entry_points.txt": f"[stickslip.laws]\nlimited = {name}.laws:LIMITED\n",
     }
-    record = "".join(f"{path.relative_to(site).as_posix()},,\n" for path in files)
+    listed = [*files, package / "__pycache__" / "laws.pyc"]  # as pip does
+    record = "".join(f"{path.relative_to(site).as_posix()},,\n" for path in listed)
     for path, text in {**files, info / "RECORD": record}.items():
         path.write_text(text)
         path.chmod(0o644)
