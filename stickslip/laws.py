@@ -164,8 +164,8 @@ def _require_its_module(module: str, root: Path, files: dict[str, Path], called:
     path, top = module.replace(".", "/"), module.partition(".")[0]
     if not {f"{path}.py", f"{path}/__init__.py"} & files.keys():
         raise LawError(
-            f"{called} does not list the module {module} among its files, as if installed with "
-            "`pip install --editable`; install it without"
+            f"{called} does not have the module {module} among its files: it is damaged, or "
+            "installed with --editable; install it again, without"
         )
     spec = find_spec(top)
     inside, origin = (spec.submodule_search_locations, spec.origin) if spec else (None, None)

@@ -154,13 +154,13 @@ REFUSED: dict[str, tuple[Callable[[Path], object], str]] = {
     ),
     "editable": (
         lambda site: add_record(site, "pliant-1.0.dist-info/METADATA,,\n"),
-        "does not list the module pliant.laws .*--editable",
+        "does not have the module pliant.laws .*--editable",
     ),
     "hidden": (
         lambda _: (Path("pliant.py").touch(), sys.path.insert(0, "")),
         "hidden by another module pliant",
     ),
-    "damaged": (lambda site: (site / "pliant/laws.py").unlink(), r"is damaged .*install it again"),
+    "damaged": (lambda site: (site / "pliant/laws.py").unlink(), "is damaged.*install it again"),
     "twice": (lambda site: install(site, name="stiff"), "a law of pliant and stiff; uninstall"),
     "none": (
         lambda site: (site / "pliant/laws.py").write_text("LIMITED = 3"),

@@ -12,7 +12,7 @@ from stickslip.compiled.code_hash import code_hash
 from stickslip.compiled.compilers import Part
 from stickslip.compiled.decorators import inline
 from stickslip.laws import LawError, Origin, origin_in_python, origin_of, register
-from stickslip.options import FRICTION_LAWS
+from stickslip.options import FRICTION_LAWS, full_law_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ def friction_law(name: str) -> FrictionLaw:
     if name in FRICTION_LAWS:
         shipped: FrictionLaw = import_module(FRICTION_LAWS[name]).LAW
         return shipped
-    law, complaint = _judged(origin_of(name))
+    law, complaint = _judged(origin_of(full_law_name(name)))
     if law is None:
         raise LawError(complaint)
     return law
