@@ -26,12 +26,17 @@ from sweeps.config.group import Group
 from sweeps.config.numbers import full_name
 
 
-class _Named(Group):
-    """A distribution by its name."""
+class Logarithmic(Group):
+    """A range that is drawn evenly in the logarithm."""
 
     example: ClassVar[str] = "{log: [low, high]}"
 
     log: Pair | None = Field(None, description="a range, drawn evenly in the logarithm")
+
+
+class Named(Logarithmic):
+    """A distribution by its name."""
+
     uniform: Pair | None = Field(None, description="a range")
     normal: Pair | None = Field(None, description="mean and standard deviation")
     lognormal: Pair | None = Field(
@@ -48,7 +53,7 @@ def _distribution(written: object) -> Distribution:
     if not isinstance(numbers, list) or len(numbers) != 2:
         raise ValueError(f"must be {FORMS}")
     if isinstance(written, dict):
-        numbers = getattr(_Named.model_validate(written), kind)
+        numbers = getattr(Named.model_validate(written), kind)
     return distribution(kind, *_PAIR.validate_python(numbers))
 
 
@@ -65,7 +70,8 @@ class Sample(Group):
     __pydantic_extra__: dict[
         Annotated[str, AfterValidator(lambda key: full_name(key, *Sample.model_fields))],
         Annotated[
-            Distribution, PlainValidator(_distribution, json_schema_input_type=Pair | _Named)
+            Distribution,
+            PlainValidator(_distribution, json_schema_input_type=Pair | Logarithmic | Named),
         ],
     ]
 
