@@ -34,7 +34,7 @@ demo: $(VENV)/.core
 
 extras: $(VENV)/.created
 	$(call INSTALLING,what report explore fit .parquet and clusters need)
-	$(PIP) --editable ".[report,explore,table,fit,dask]"
+	$(PIP) --editable ".[report,explore,table,posterior,dask]"
 	@touch $(VENV)/.core
 
 test: $(VENV)/.dev
@@ -44,6 +44,7 @@ test-fast: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow and not stress and not faults"
 
 stress: $(VENV)/.dev
+	$(PIP) --editable ".[tools]"
 	$(BIN)/python -m pytest -n $(WORKERS) -m "stress or hypothesis" --hypothesis-profile=search
 	$(BIN)/python benchmarks/bench_stability.py
 	$(MAKE) --no-print-directory tables

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -17,7 +19,9 @@ def posterior(ds: xr.Dataset) -> Figure:
 
     Contours hold 68 and 95 % of the draws.
     """
-    from corner import corner
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # of ArviZ, which it imports if it is there
+        from corner import corner
 
     names = list(map(str, ds.free_parameter.values))
     drawn = [ds.posterior_draws.sel(free_parameter=name).rename(name) for name in names]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from stickslip.parameters import Parameters
 from stickslip.points import orbit_rows
 from stickslip.status import Status
 from sweeps.files.datasets import open_result
-from sweeps.fitting import trials
+from sweeps.fitting import posterior, trials
 
 T = [170.0, 200.0, 240.0, 280.0]
 
@@ -29,6 +30,39 @@ def table() -> str:
     noise = np.array([1.01, 0.99, 0.995, 1.004])
     rows = zip(T, (force * noise).tolist(), (0.01 * force).tolist(), strict=True)
     return "T,F_max,F_max_error\n" + "".join(f"{t},{f!r},{e!r}\n" for t, f, e in rows)
+
+
+@pytest.mark.stress
+def test_a_posterior_is_drawn_kept_and_opened(
+    command: Command, table: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("emcee")
+    monkeypatch.setattr(posterior, "WALKERS", 16)
+    monkeypatch.setattr(posterior, "_LONG", 10.0)
+    Path("d.csv").write_text(table)
+    options = ("--free", "k=1e4:2e5", "-o", "fit.nc", "--prior", "k={lognormal: [7e4, 0.02]}")
+    done = command("fit", "d.csv", *options, "--set", "integrator.rtol=1e-4")
+    assert done.code == 0, done.err
+    assert "by the posterior: " in done.out
+    assert "priors: viscosity_coefficient lognormal [70000, 0.02]" in done.out
+    pictures = ["fit.png", "fit.pdf", "fit-posterior.png", "fit-posterior.pdf"]
+    assert done.out.splitlines()[-6:] == ["fit.nc", "fit.yaml", *pictures]
+    ds = open_result(Path("fit.nc"))
+    low, high = (float(ds[f"parameter_posterior_{side}"][0]) for side in ("lower", "upper"))
+    wide, wider = (float(ds[f"parameter_interval_{side}"][0]) for side in ("lower", "upper"))
+    assert wide < low < 7e4 < high < wider  # the prior says more than the data
+    again = command("fit", "d.csv", *options, "--set", "integrator.rtol=1e-4")
+    assert "fit.nc is complete, nothing to do" in again.err
+    other = command("fit", "d.csv", *options[:-1], "k={lognormal: [7e4, 0.03]}")
+    assert other.code == 2
+    assert command("replay", "fit.nc", "--at", "T=240").code == 0
+    groups = xr.open_dataset("fit.nc", group="posterior")
+    xr.testing.assert_equal(groups.viscosity_coefficient.variable, ds.posterior_draws[0].variable)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        arviz = pytest.importorskip("arviz")
+        summary = arviz.summary(arviz.from_netcdf("fit.nc"), kind="stats")
+    assert summary.loc["viscosity_coefficient", "mean"] == pytest.approx(7e4, rel=0.05)
 
 
 def test_the_command_fits_and_its_files_can_be_used(
