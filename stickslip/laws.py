@@ -19,8 +19,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from stickslip.compiled.cache import writable_by_others
-
 GROUP = "stickslip.laws"
 """The group of entry points in which a distribution declares its laws."""
 
@@ -176,6 +174,8 @@ def _require_its_module(module: str, root: Path, files: dict[str, Path], called:
 
 def _refuse_exposed(path: Path, called: str, *, inside: bool) -> None:
     """Raise LawError where others than who runs this could have changed a file or a folder."""
+    from stickslip.compiled.cache import writable_by_others  # it loads the compiler
+
     try:
         status = path.stat()
     except OSError as error:

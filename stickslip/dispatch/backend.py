@@ -52,7 +52,8 @@ class JoblibWorkers(Workers):
     def __init__(self, jobs: int) -> None:
         super().__init__(slots=joblib.effective_n_jobs(jobs))
         self._jobs = jobs
-        self.in_this_process = get_active_backend()[0].supports_sharedmem
+        # Backends of processes do not have the attribute at all.
+        self.in_this_process = getattr(get_active_backend()[0], "supports_sharedmem", False)
 
     def __exit__(self, *exception: object) -> None:
         pass  # joblib ends its workers, or keeps them for the next call
