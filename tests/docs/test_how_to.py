@@ -155,7 +155,7 @@ def test_which_parameter_matters(run_page: Page, capsys: pytest.CaptureFixture[s
     assert Path("results/box-sensitivity.png").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_the_tutorial_for_experimenters(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     run_page("tutorial-experimenter")
     printed = "".join(capsys.readouterr())
@@ -182,7 +182,7 @@ def test_which_tool(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     assert off < orbit.amplitude_error
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_the_orbits_for_other_codes(run_page: Page) -> None:
     names = run_page("benchmark-orbits")
     table = dict(re.findall(r"^\| (.+?) \| (.*) \|$", page_of("benchmark-orbits"), re.MULTILINE))

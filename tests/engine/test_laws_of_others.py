@@ -64,7 +64,7 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 # --- a package of its own -------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_law_of_a_package_is_swept_replayed_and_refused_when_it_changes(site: Path) -> None:
     assert process("sweep", "a.yaml", "-o", "a.nc", "--no-progress").code == 0
     processes = ("--backend", "loky", "--workers", "2")
@@ -214,7 +214,7 @@ def law_in_python(factor: float = 1.0, **changes: Any) -> FrictionLaw:
     return law
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_law_of_this_process_is_computed_by_threads_and_by_nobody_else() -> None:
     register_law(law_in_python())
     config = {"model": {"k": 1e6, "gamma": 1e3, "T": 320}, "film": {"friction": "limited"}}
