@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 from support import reference
+from support.marks import one_then
 
 from stickslip import Parameters, simulate
 from stickslip.course import PullError, course_of
@@ -105,7 +106,7 @@ class _Plain:
         self.__dict__.update(p._asdict() | changes)
 
 
-@pytest.mark.parametrize("strain", ["adiabatic", "relaxing"])
+@pytest.mark.parametrize("strain", one_then("stress", ["adiabatic", "relaxing"]))
 def test_a_step_is_the_limit_of_a_ramp(strain: str) -> None:
     quick = {"elapsed_time": [0, 0.1, 0.1 + 1e-10, 0.2], "velocity": [1e-6, 1e-6, 5e-6, 5e-6]}
     step = {"elapsed_time": [0, 0.1, 0.1, 0.2], "velocity": [1e-6, 1e-6, 5e-6, 5e-6]}

@@ -98,6 +98,7 @@ def test_what_neither_contracts_nor_closes_has_a_verdict_soon() -> None:
     assert found.amplitude_error < 1.0
 
 
+@pytest.mark.stress
 def test_a_wandering_motion_is_watched_and_not_its_mirror_image() -> None:
     # Where the film freezes on the border of two drive periods, as it does in the mirror image,
     # both have a large amplitude: their mean is 1.07 MPa there.

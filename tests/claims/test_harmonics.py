@@ -80,6 +80,7 @@ def test_a_start_on_the_orbit_stays_there(strain: str) -> None:
     assert half == pytest.approx(orbit.friction_force_amplitude, rel=1e-5)
 
 
+@pytest.mark.stress
 def test_euler_cromer_is_of_order_one_with_harmonics() -> None:
     p, steps = fast(**PULSED), (1.0, 0.5, 0.25)
     ends = [period([p], part * FAST_DT)[0][0] for part in steps]

@@ -126,7 +126,7 @@ WAYS: dict[str, tuple[np.ndarray, dict[str, Any]]] = {
 
 @pytest.mark.parametrize(
     "way",
-    ["adaptive", *marked("slow", ["euler-cromer", "stochastic"])],  # kernels of their own
+    ["adaptive", *marked("stress", ["euler-cromer", "stochastic"])],  # kernels of their own
 )
 def test_they_are_there_by_every_method(way: str) -> None:
     points, options = WAYS[way]

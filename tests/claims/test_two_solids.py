@@ -36,7 +36,8 @@ def test_a_trajectory_is_that_of_an_independent_solver(gamma: float) -> None:
     np.testing.assert_allclose(ds.order_parameter.values[-1], math.exp(states[-1, 2]), rtol=1e-3)
 
 
-@pytest.mark.parametrize("gamma", one_then("stress", FLUIDS))
+@pytest.mark.stress
+@pytest.mark.parametrize("gamma", FLUIDS)
 def test_an_orbit_is_what_a_trajectory_along_it_shows(gamma: float) -> None:
     p = film(rheological_index=gamma, viscosity_coefficient=5e4 if gamma < 0 else 10.0)
     orbit = stationary_orbit(p)

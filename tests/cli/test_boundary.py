@@ -94,6 +94,7 @@ def test_the_command_says_how_many_brackets_stayed_wide(command: Command, tmp_pa
         assert ("1 bracket wider than asked, at motions that close late" in done.out) == told
 
 
+@pytest.mark.stress
 def test_a_report_has_them_on_its_map(
     command: Command, small: xr.Dataset, borders: xr.Dataset, tmp_path: Path
 ) -> None:

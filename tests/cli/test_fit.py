@@ -130,6 +130,7 @@ def test_temperatures_in_celsius_are_told_before_anything_is_computed(
     assert "temperature is free, and a column of the data" in second
 
 
+@pytest.mark.stress
 def test_data_without_a_fitted_value_and_bounds_are_told(
     command: Command, table: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -98,7 +98,7 @@ def test_plot_draws_a_sweep_and_a_trajectory(command: Command) -> None:
     assert Path("new/one.png").read_bytes() == Path("results/a.png").read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_plot_draws_what_the_config_asks_for(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

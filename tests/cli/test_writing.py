@@ -85,7 +85,7 @@ VERBS = {
 }
 QUICK = ("export",)
 """Its kills belong to the suite; those of all others to `make faults`."""
-READILY = ("new", "export", "boundary as a table", "simulate", "merge", "fit", "plot")
+READILY = ("new", "export", "boundary as a table", "simulate", "merge", "plot")
 """The same for what takes a second or so: one verb of each way to make files."""
 KNOWING = [name for name, verb in VERBS.items() if not verb.renews]
 """The verbs that know their own files again, and refuse all others."""

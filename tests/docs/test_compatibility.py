@@ -139,7 +139,7 @@ def test_a_page_of_a_released_file_is_made(command: Command, unpacked: Unpacked,
     assert "A file of 1.0.0" in Path("a.html").read_text("utf-8")
 
 
-@pytest.mark.parametrize("name", POINTS)
+@pytest.mark.parametrize("name", one_then("stress", [*reversed(POINTS)]))
 def test_a_point_of_a_released_file_is_computed_again(
     command: Command, unpacked: Unpacked, name: str
 ) -> None:

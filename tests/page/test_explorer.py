@@ -339,6 +339,7 @@ def test_arrow_keys_go_on_from_a_point_that_is_not_computed_yet(
     map_view.says("T = 270 K, K = 2828.43 N/m")
 
 
+@pytest.mark.stress
 def test_zooming_is_in_the_address(map_view: View):
     frame = map_view.page.locator("#picture .bk-Canvas").first.bounding_box()
     map_view.page.mouse.move(frame["x"] + frame["width"] / 2, frame["y"] + frame["height"] / 2)

@@ -222,7 +222,7 @@ def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
     }
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_in_a_browser_all_variables_and_views_of_odd_results_are_drawn(
     tabs: Tabs, ds: xr.Dataset, tmp_path: Path
 ) -> None:

@@ -150,7 +150,7 @@ def test_a_slope_of_the_block_that_is_left_out_fails_a_test_of_the_model(tmp_pat
     assert "test_the_slopes_are_those_of_the_force" in said
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_law_without_its_derivative_over_phi_fails_a_test_of_laws(tmp_path: Path) -> None:
     copy = copied(tmp_path)
     carried_out(RECIPES["law of the order parameter"], copy)

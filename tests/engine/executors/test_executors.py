@@ -150,7 +150,7 @@ def all_gone(processes: list[Any]) -> bool:
     return not psutil.wait_procs(processes, timeout=HANGS)[1]
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process() -> None:
     sweep, processes = begun(doing("gated_block"))
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does

@@ -12,7 +12,6 @@ from typing import Any
 import llvmlite.binding as llvm
 import pytest
 from numba import types
-from support.marks import one_then
 from support.points import GAMMAS
 
 from stickslip.kernels.adaptive import recording
@@ -71,8 +70,8 @@ def problems_of(gamma: float | None) -> Any:
     return make_problems(Family(DEFAULTS.physics, gamma))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("gamma", one_then("stress", [*GAMMAS, None]))
+@pytest.mark.stress
+@pytest.mark.parametrize("gamma", [*GAMMAS, None])
 def test_an_attempt_in_lanes_is_packed(gamma: float | None) -> None:
     rhs, jacobian, weight = FUNCTIONS.rhs, FUNCTIONS.jacobian, FUNCTIONS.error_weight
     problems = problems_of(gamma)
@@ -82,22 +81,22 @@ def test_an_attempt_in_lanes_is_packed(gamma: float | None) -> None:
     assert_vectors(assembly(attempt), 500)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("gamma", one_then("stress", [*GAMMAS, None]))
+@pytest.mark.stress
+@pytest.mark.parametrize("gamma", [*GAMMAS, None])
 def test_a_measurement_in_lanes_is_packed(gamma: float | None) -> None:
     see = recording.make_see(problems_of(gamma), FUNCTIONS, two_solids=False)
     assert_vectors(assembly(see), 200)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("gamma", one_then("stress", [*GAMMAS, None]))
+@pytest.mark.stress
+@pytest.mark.parametrize("gamma", [*GAMMAS, None])
 def test_the_variational_equations_in_lanes_are_packed(gamma: float | None) -> None:
     components = model_of(DEFAULTS.physics).components
     carry = make_variations(problems_of(gamma), FUNCTIONS, components).carry
     assert_vectors(assembly(carry), 500)
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_the_noise_by_chance_in_lanes_is_packed() -> None:
     assert_vectors(assembly(make_kick(problems_of(0.0), FUNCTIONS.width)), 200)
 
