@@ -33,7 +33,7 @@ class Range(NamedTuple):
         return f"{'log ' if self.logarithmic else ''}[{self.low:.17g}, {self.high:.17g}]"
 
     def values(self, unit: Floats) -> Floats:
-        """Return the values at numbers in [0, 1)."""
+        """Return quantiles at points in [0, 1)."""
         if self.logarithmic:
             return self.low * (self.high / self.low) ** unit
         return self.low + (self.high - self.low) * unit
@@ -67,7 +67,7 @@ class Normal(NamedTuple):
 
     @property
     def outside(self) -> float:
-        """The probability of values beyond `low` and `high`, which are left out."""
+        """The probability left out, of values below `low` or above `high`."""
         below, above = self._ends()
         return below + (1.0 - above)
 

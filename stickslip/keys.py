@@ -158,7 +158,7 @@ def _bits(values: NDArray[np.float64]) -> NDArray[np.uint64]:
 
 
 def _words_of(text: str, count: int = 1) -> NDArray[np.uint64]:
-    """Return words (count,) that stand for a text."""
+    """Return words (count,) that encode a string."""
     digest = hashlib.blake2b(text.encode(), digest_size=_WORD * count).digest()
     return np.frombuffer(digest, "<u8").astype(np.uint64)
 

@@ -81,7 +81,7 @@ def origin_of(given: str) -> Origin:
         if not identity:
             raise
         how = "register" if is_of_this_process(given) else "install"
-        raise LawError(f"the law {given} is not here; {how} the same one first") from None
+        raise LawError(f"the law {given} is missing; {how} the same law first") from None
     if identity not in ("", origin.identity):
         raise LawError(
             f"the law {given} is {origin.identity} here, which may give other numbers; install or "

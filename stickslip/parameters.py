@@ -18,7 +18,7 @@ from stickslip.variables import ParameterValues as ParameterValues
 
 
 class ParameterError(ValueError):
-    """A parameter has a value outside its valid range; the message names each one.
+    """Parameters are outside their valid ranges; the message names each one.
 
     >>> Parameters(temperature=-1)
     Traceback (most recent call last):

@@ -99,7 +99,7 @@ def _are_of_failures(rows: NDArray[np.float64]) -> bool:
 def _are_within(
     rows: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64]
 ) -> bool:
-    """Tell whether all rows (n, columns) are between these (columns,); NaN is not."""
+    """Tell whether all rows (n, columns) are within bounds (columns,); NaN is not."""
     if not len(rows):
         return True
     return bool((rows.min(axis=0) >= lower).all() and (rows.max(axis=0) <= upper).all())

@@ -101,9 +101,9 @@ def _sections(
 
 
 def _scaled(parameters: Parameters, course: Course) -> Parameters:
-    """Return the parameters with an amplitude and a frequency that stand for the scales of a pull.
+    """Return the parameters with an amplitude and a frequency that set a pull's scales.
 
-    The speed X_m omega is the largest one; the time is that of the free oscillation of the block.
+    The speed X_m omega is the pull's largest; the time is the block's free oscillation period.
     """
     fastest = float(np.abs(course.velocity).max())
     stiffness = 2.0 * parameters.spring_stiffness

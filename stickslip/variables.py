@@ -41,7 +41,7 @@ class Variable:
 
     @property
     def unit(self) -> str:
-        """The unit in words; empty for a number."""
+        """Unit in words; empty if dimensionless."""
         return self.written or ("" if self.units == "1" else self.units)
 
     @property

@@ -45,11 +45,11 @@ def differences(old: Settings, new: Settings) -> list[str]:
 
 
 class PointKeys:
-    """The keys of a grid's points, and the points that keys stand for.
+    """The keys of a grid's points, and the points by their keys.
 
-    A key stands for the parameters of a point, `settings` that are not the default, and the
-    numerics version; along a followed line for those of the points before it too, unless each is
-    taken `alone`. A config refuses cases that repeat, so that each point of a grid has its own.
+    A key encodes a point's parameters, non-default `settings` and the numerics version; on a
+    followed line also the parameters of all earlier points, unless points are computed `alone`.
+    Repeated cases in a config are refused, so each grid point has its own key.
     """
 
     def __init__(

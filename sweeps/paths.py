@@ -27,7 +27,7 @@ def expanded(path: str | os.PathLike[str]) -> str:
                 "write the path without it"
             )
     if _ADDRESS.match(text):
-        raise ValueError("is an address; give a file of this machine, such as results/mine.nc")
+        raise ValueError("is a URL; give a file on this machine, such as results/mine.nc")
     if os.sep == "/" and (_WINDOWS.match(text) or "\\" in text):
         raise ValueError(
             "is a path of Windows; here folders are parted by / (and C:\\ is /mnt/c/ in WSL)"

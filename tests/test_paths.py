@@ -22,7 +22,7 @@ _REFUSED = [
     (r"C:\Users\me\out.nc", "is a path of Windows"),
     ("C:/Users/me/out.nc", "is a path of Windows"),
     (r"results\out.nc", "is a path of Windows"),
-    ("s3://bucket/out.nc", "is an address"),
+    ("s3://bucket/out.nc", "is a URL"),
 ]
 
 

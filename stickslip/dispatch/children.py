@@ -67,9 +67,9 @@ def process_pool(workers: int) -> Any:
 
 
 def end_with_parent(parent: int) -> None:
-    """In a new process: end within a second of its parent, whatever ended that one.
+    """Make a new process end within a second of its parent, however that ended.
 
-    What there is to say of the cache of compiled code, the parent has said.
+    The parent has already reported on the compiled-code cache.
     """
     warnings.filterwarnings("ignore", ".*compiled code", RuntimeWarning)
 

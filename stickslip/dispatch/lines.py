@@ -92,7 +92,7 @@ def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> N
 
 
 def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
-    """Return a key of a line's points (n, parameters) up to each of them."""
+    """Return, per point (n, parameters), a key of the line up to it."""
     (keys,) = keys_of_lines(points[None], secret_of(repr(options)))
     return [key.tobytes() for key in keys]
 

@@ -49,13 +49,13 @@ class Workers(ABC):
 
     @abstractmethod
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
-        """Yield the finished blocks of the tasks; a task is taken when it can be begun soon.
+        """Yield the finished blocks of the tasks; a task is taken when it can start soon.
 
-        After a request to stop, blocks that no worker is there for do not come, nor those that may
-        take any time, nor after a while any others.
+        After a request to stop, blocks without a worker or with no time limit are not yielded, and
+        after a while no others are either.
 
-        Raises WorkersLostError when nothing else can come: the tasks whose blocks have not come
-        are to be given again.
+        Raises WorkersLostError when no more can arrive: tasks with missing blocks must be submitted
+        again.
         """
 
     def kill(self) -> None:

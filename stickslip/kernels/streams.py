@@ -65,7 +65,7 @@ def _words(low: float, high: float, path: float, period: float, count: float) ->
 
 @inline
 def normal_number(low: float, high: float, path: float, period: float, step: float) -> float:
-    """The standard normal number of a step, from the numbers of a stream and that of the step."""
+    """The standard normal variate of a step, from a stream's numbers and the step's index."""
     return normal(_words(low, high, path, period, step))
 
 

@@ -246,8 +246,8 @@ def _work_of_drive(p: Parameters, m: Measured, i: int) -> tuple[float, float]:
     """Work of the drive per drive period, and its error [J].
 
     The work on the block is not measured, since it nearly cancels: it is the energy gained. On a
-    closed orbit that is 0, and what is left of it is only by how much the measurement fails to
-    close, which can exceed the loss of a locked block.
+    closed orbit that gain is 0, and the remainder is only the closure error of the measurement,
+    which can exceed a locked block's loss.
     """
     periods = 0.5 * _halves(m, i)
     work, error = m.records[i, LOSS], m.uncertainties[i, LOSS]
@@ -405,7 +405,7 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
 
 @jit
 def write_result(p: Parameters, m: Measured, i: int, result: np.ndarray) -> None:
-    """Write the result row of the motion `i`, or that of a failure if it cannot be trusted.
+    """Write the result row of motion `i`, or a failure row if the motion is not trusted.
 
     `result` (columns,) in the order of `RESULT_COLUMNS`; its status is that of `m`, DIVERGED or
     INVARIANT_VIOLATED.

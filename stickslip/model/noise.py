@@ -55,7 +55,7 @@ def typical_path(p: Parameters, inverse_phi: float) -> float:
 
 @inline
 def no_path(p: Parameters, inverse_phi: float) -> float:
-    """Contribution of stochastic noise to the rate of ln(phi) [1/s]: none, its steps are random."""
+    """Contribution of stochastic noise to d ln(phi)/dt [1/s]: zero, as its steps are random."""
     return 0.0
 
 

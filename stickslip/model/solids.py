@@ -241,7 +241,7 @@ def solidification_temperature(p: Parameters, eps: float) -> float:
 
 @inline
 def solid_threshold(p: Parameters) -> float:
-    """Order parameter from which a film counts as solid: b/2c, below the solid branch of Eq. 16.
+    """Order parameter above which a film is solid: b/2c, below the solid branch of Eq. 16.
 
     With more terms the first turning point. If that is 0 (a second-order transition), half the
     unstrained stationary value.

@@ -25,7 +25,7 @@ START = 1e-4 ** (1.0 / 16.0)
 
 @inline
 def inverse_fourth_root(x: float) -> float:
-    """x^(-1/4) for normal `x` > 0 to 5e-5, which is enough for step control."""
+    """x^(-1/4) within 5e-5 for normal `x` > 0, enough for step control."""
     bits = np.float64(x).view(np.uint64)
     r = np.uint64(np.uint64(0x4FEB3FA8A5A9C1D4) - (bits >> np.uint64(2))).view(np.float64)
     for _ in range(2):

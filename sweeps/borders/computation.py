@@ -139,7 +139,7 @@ class Map:
         return bisection.crossings()
 
     def _bisect(self, bisection: Bisection, points: Listed, *, limit: int = 0) -> None:
-        """Compute middles, which are added to a list of points, until no more are asked for."""
+        """Compute midpoints and add them to a list of points until no more are requested."""
         self._add(points, bisection.middles(len(points)))
         for block in self._computed(points, limit=limit):
             bisection.take_in(block.indices, *self._seen(block))

@@ -337,9 +337,9 @@ def _repeated(rim: Sequence[Cut]) -> int | None:
 def _groups(rim: list[Cut], centre: int | None) -> Iterator[list[Cut]]:
     """Yield the crossings that are to be joined with each other.
 
-    The stretches of the kind at the centre are one region, which parts the others; where it leaves
-    a kind with two stretches, these are one region, too. A centre of a kind that is not on the rim
-    decides nothing: all meet.
+    Stretches of the centre's kind form one region, which separates the others; another kind left
+    with two stretches forms one region too. If the centre's kind is absent from the rim, all
+    crossings meet.
     """
     starts = [place for place, cut in enumerate(rim) if cut.before == centre]
     if _repeated(rim) is None or not starts:

@@ -183,7 +183,7 @@ def layout_of(
     x, y, hue, row, col = (named.get(role) for role in ROLES)
     layout = _place_axes(ds, Layout(x, y, hue, row, col), free, discrete)
     if layout.x is None and layout.dims:
-        raise ValueError("no axis is left for x: give another role to fewer axes")
+        raise ValueError("no axis is left for x: give fewer axes other roles")
     free = [dim for dim in free if dim not in layout.dims]
     if layout.y is None and not discrete and DIRECTION in free:
         layout = replace(layout, both_ways=True)

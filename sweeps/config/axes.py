@@ -125,9 +125,9 @@ def _values(written: object) -> tuple[float, ...]:
 
 
 def _numbers(written: list[object]) -> Iterator[float]:
-    """Yield the numbers of a list; of those that are none, the first thousand are refused at most.
+    """Yield the numbers of a list; at most the first thousand non-numbers are refused.
 
-    A report of a page that was pasted into a list would fill the memory.
+    Reporting a whole page pasted into a list would fill the memory.
     """
     for start in range(0, len(written), 1000):
         some = dict(enumerate(written[start : start + 1000], start))

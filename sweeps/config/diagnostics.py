@@ -84,7 +84,7 @@ class Document:
         self.problems.append(Problem(*self.place(path), path_text(path), message))
 
     def refuse_line(self, line: int | None, message: str, *path: str | int) -> None:
-        """Note a problem of the text itself, in a line of it."""
+        """Note a problem in a line of the text itself."""
         self.problems.append(Problem(self.source, line, path_text(path), message))
 
     def warn(self, message: str, *path: str | int) -> None:

@@ -1,7 +1,7 @@
 """The JSON Schema of a config, for editors that complete and check YAML while it is written.
 
-It says what one value may be; what needs two values, such as a parameter both fixed and swept, is
-judged by `sweeps.config.load` alone.
+It checks single values; only `sweeps.config.load` catches conflicts of two, such as a parameter
+both fixed and swept.
 """
 
 from __future__ import annotations

@@ -73,16 +73,16 @@ def _option(option: str, **other: Any) -> Any:
 
 
 def _of_ensembles(option: str) -> Any:
-    """Return the field of an option that counts for a stochastic film alone."""
+    """Return the field of an option that applies only to a stochastic film."""
     what = OPTIONS[option]
     description = f"{STOCHASTIC} only: {what.meaning}; by default {what.default}"
     return _option(option, default=None, description=description, validate_default=True)
 
 
 def _belongs_to(key: str, *owners: str, default: Any = None) -> AfterValidator:
-    """Refuse a value that only some values of another key of its section make sense of.
+    """Refuse a value that needs certain values of another key in its section.
 
-    With those, `default` is the value of a key that is not given.
+    For those values, a missing key has the value `default`.
     """
 
     def check(value: Any, info: ValidationInfo) -> Any:

@@ -250,7 +250,7 @@ def _memory() -> float:
 
 @contextlib.contextmanager
 def named_after(output: Path) -> Iterator[None]:
-    """Errors of the files beside an output, with its name."""
+    """Errors of side files, under the output's name."""
     try:
         yield
     except StorageError:

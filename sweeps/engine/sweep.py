@@ -203,7 +203,7 @@ def _export(
     """
     output, manifest = folder.output, readable_manifest(folder.journal)
     if manifest is None and not output.exists():
-        raise RefusalError(f"nothing is there yet of {output}; leave out --partial to compute it")
+        raise RefusalError(f"nothing of {output} exists yet; leave out --partial to compute it")
     if manifest and manifest["afresh"] and output.exists() and not policy.overwrite:
         raise RefusalError(
             f"{output} would lose its points to an unfinished sweep that started from scratch; "
@@ -219,7 +219,7 @@ def _export(
 
 @dataclass(frozen=True)
 class JournaledResult:
-    """The result file that a journal makes; its methods raise StorageError.
+    """A result file made from a journal; its methods raise StorageError.
 
     `before` is the fingerprint of the output when the sweep began.
     """

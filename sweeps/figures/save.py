@@ -46,7 +46,7 @@ def save(figure: Figure, path: Path, look: Look | None = None) -> list[Path]:
 
 
 def pictures_of(path: Path) -> list[Path]:
-    """Return the files of a picture: one with an ending, or the PNG and the PDF of a stem."""
+    """Return a picture's files: the one with an extension, or the PNG and PDF of a stem."""
     # Not with_suffix: a stem like T=1.5 has no ending to replace.
     both = [path.with_name(path.name + suffix) for suffix in _USUAL]
     return [path] if path.suffix.lower() in ENDINGS else both

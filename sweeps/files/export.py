@@ -57,7 +57,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
-    """Raise TableError if a Dataset is no result, no trajectory and no borders, or empty."""
+    """Raise TableError if a Dataset is empty or not a result, trajectory or borders."""
     if not set(_TEMPLATES) & ds.variables.keys():
         raise TableError(
             f"{name} holds neither the result of a sweep nor a trajectory, nor borders"
@@ -144,7 +144,7 @@ def _template(ds: xr.Dataset) -> xr.DataArray:
 
 
 def _columns(ds: xr.Dataset) -> list[str]:
-    """Return the names that differ from row to row: axes, other coordinates, variables."""
+    """Return the names of what varies by row: axes, other coordinates, variables."""
     dims = _template(ds).dims
     along = [str(name) for name in ds.coords if ds[name].ndim and name not in dims]
     names = [*map(str, dims), *along, *map(str, ds.data_vars)]

@@ -261,9 +261,9 @@ class Journal:
         self.statuses += status_counts(status[self.done])
 
     def _rows_of(self, numbers: Indices) -> Iterator[tuple[Indices, Rows]]:
-        """Yield which of some points, given by their numbers (n,), and the rows of these.
+        """Yield positions in the point numbers (n,), and the rows of those points.
 
-        All of them come, some at a time, in the order in which they are in the file.
+        All are yielded, a few at a time, in the order of the file.
         """
         places = self._place[numbers]
         order = np.argsort(places, kind="stable")

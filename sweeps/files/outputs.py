@@ -209,7 +209,7 @@ class Outputs:
         except UnicodeEncodeError:
             if self.main.suffix == ".nc":
                 raise RefusalError(
-                    f"{self.main} lies in a folder whose name is not UTF-8, as NetCDF needs it; "
+                    f"{self.main} lies in a folder whose name is not UTF-8, which NetCDF requires; "
                     "-o writes elsewhere"
                 ) from None
 

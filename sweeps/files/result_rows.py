@@ -71,8 +71,8 @@ class Memory:
 class Chunks:
     """Cuts the points 0 ... size - 1 of a grid into chunks, numbered in order.
 
-    A chunk is both a contiguous range of points and a box of the array, so that a file can be
-    written and read chunk by chunk, with memory for only one.
+    A chunk is both a contiguous range of points and a box of the array, so a file can be written
+    and read with only one chunk in memory.
     """
 
     def __init__(self, shape: tuple[int, ...], most: int = CHUNK_POINTS) -> None:

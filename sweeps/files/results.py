@@ -40,8 +40,8 @@ _MEMORY = "/dev/shm"
 class Written:
     """Summary of a result file: number of points of each status (128,), and largest errors.
 
-    `statistical_error` is the largest of aperiodic points, whose amplitudes are means over a
-    window; `worst_error` is that of all others.
+    `statistical_error` is the largest error of aperiodic points (amplitudes averaged over a
+    window), `worst_error` that of the others.
     """
 
     statuses: NDArray[np.int64]

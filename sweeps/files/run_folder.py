@@ -82,7 +82,7 @@ class RunFolder:
         except Timeout:
             raise InUseError(self._in_use()) from None
         except FileNotFoundError:  # the other run removed the folder between these two lines
-            raise InUseError(f"{self.output} is just being finished") from None
+            raise InUseError(f"{self.output} is now being finished") from None
         except (OSError, RuntimeError) as error:
             raise StorageError(f"cannot write into {self.path}: {reason(error)}") from error
         try:

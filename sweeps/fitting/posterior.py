@@ -97,7 +97,7 @@ class _Target:
         return list(zip(logs.tolist(), basins.tolist(), strict=True))
 
     def _could_be_probable(self, trial: Trial) -> bool:
-        """Tell whether a trial lacks values, and its other data do not rule it out."""
+        """Tell whether a trial lacks values but is not ruled out by its other data."""
         if trial.is_whole:
             return False
         least = log_likelihood(self._fit, trial, trial.chi2)

@@ -144,7 +144,7 @@ class Search:
         return answers
 
     def _evolve(self, population: Floats) -> None:
-        """See the trials of a differential evolution, from places (m, p) or all over the box."""
+        """Run the trials of a differential evolution, from points (m, p) or all over the box."""
         low, high = np.array([each.box for each in self.model.free]).T
         begin: dict[str, Any] = {"x0": [each.start for each in self.model.free], "init": "sobol"}
         if len(population):

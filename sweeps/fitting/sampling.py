@@ -1,4 +1,4 @@
-"""Trials drawn with their likelihood, for minima among jumps, where chi2 is no parabola."""
+"""Sample trials by likelihood, for minima where chi2 jumps and is not parabolic."""
 
 from __future__ import annotations
 

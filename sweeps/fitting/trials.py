@@ -133,7 +133,7 @@ def refuse_other_units(data: Measurements, trials: Sequence[Trial]) -> None:
             continue
         if (ratios < 0.0).all():
             raise OtherUnitError(
-                f"{name}: the measured values have the other sign than the model's in all trials; "
+                f"{name}: the measured values have the opposite sign to the model's in all trials; "
                 "the amplitude of a force, which is positive, is F_max"
             )
         nearest = min(ratios[ratios > 0.0], key=lambda ratio: abs(math.log(ratio)))

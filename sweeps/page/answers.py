@@ -1,4 +1,4 @@
-"""The answer to a request of the page: the motion at a point, its numbers and its summary.
+"""The answer to a request from the page: a point's motion with its numbers and summary.
 
 It consists of lines of JSON: what the page is waiting for, then the motion.
 """

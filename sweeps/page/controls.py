@@ -179,7 +179,7 @@ _SCALES = {
 
 
 def scale_of(name: str) -> Scale:
-    """Return the slider of a parameter; without a range of its own it is made from the default."""
+    """Return a parameter's slider; a parameter without a range gets one from its default."""
     if name in _SCALES:
         return _SCALES[name]
     parameter = PARAMETERS[name]

@@ -99,7 +99,7 @@ def subject_of_result(
 
 
 def point_of_result(result: xr.Dataset, place: Mapping[str, int]) -> ShownPoint:
-    """The point of a result at a place along each of its axes."""
+    """The point of a result at given positions on its axes."""
     return _point_and_notes(result, place)[0]
 
 

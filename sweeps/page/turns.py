@@ -146,9 +146,9 @@ def prepare(shown_point: ShownPoint) -> None:
 
 
 def compute(shown_point: ShownPoint) -> Motion:
-    """Return the motion of a point; what goes wrong is its `trouble`, in a sentence.
+    """Return the motion of a point; any failure is a sentence in its `trouble`.
 
-    Raises Void, which the check of this thread may raise between two kernels.
+    Raises Void if this thread's check does so between two kernels.
     """
     point, orbit = shown_point.point, None
     try:

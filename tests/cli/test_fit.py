@@ -105,7 +105,7 @@ def test_the_command_fits_and_its_files_can_be_used(
         ("d.csv --free k --profile", "needs two free parameters"),
         ("d.csv --free k --set T=200", "temperature: a column of the data, and given beside it"),
         ("milli.csv --free k", "times the model's even in the nearest of 16 trials: are they in N"),
-        ("least.csv --free k", "have the other sign than the model's in all trials"),
+        ("least.csv --free k", "have the opposite sign to the model's in all trials"),
     ],
 )
 def test_mistakes(command: Command, table: str, tmp_path: Path, arguments: str, said: str) -> None:

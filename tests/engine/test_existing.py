@@ -402,7 +402,7 @@ def test_partial_writes_what_is_there_and_the_sweep_goes_on(shell: Shell, alone:
 def test_partial_of_nothing_is_refused(shell: Shell) -> None:
     code, _, err = shell("sweep", "a.yaml", "-o", "b.nc", "--partial")
     assert code == 2
-    assert err == "nothing is there yet of b.nc; leave out --partial to compute it\n"
+    assert err == "nothing of b.nc exists yet; leave out --partial to compute it\n"
     assert entries() == ["a.nc", "a.nc.timing.json", "a.yaml"]
 
 

@@ -239,7 +239,7 @@ def test_a_law_of_this_process_is_computed_by_threads_and_by_nobody_else() -> No
     with pytest.raises(ConfigError, match="may give other numbers"):
         once.stickslip.at().orbit()
     laws._registered.clear()
-    with pytest.raises(ConfigError, match="is not here; register the same one first"):
+    with pytest.raises(ConfigError, match="is missing; register the same law first"):
         once.stickslip.at().orbit()
 
 

@@ -187,7 +187,7 @@ def _part(
 
 @inline
 def _out_of_reach(memory: Any, way: tuple[float, float]) -> bool:
-    """Tell whether the slow process that limits jumps cannot act on the `way` to the limit."""
+    """Return True if the slow process that caps jumps cannot act on the `way` to the limit."""
     states, newest = memory.states, memory.newest % REMEMBERED
     x, v = states[newest, 0] + way[0] - memory.centre, states[newest, 1] + way[1]
     rho = math.sqrt(way[1] * way[1] + memory.stiffness * way[0] * way[0])
