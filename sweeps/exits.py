@@ -23,6 +23,12 @@ class ExpectedError(Exception):
     code = Exit.USAGE
 
 
+class StorageError(ExpectedError, OSError):
+    """A file that cannot be read or written, or does not read back as it was written."""
+
+    code = Exit.STORAGE
+
+
 EXPECTED = (ExpectedError, ExecutorError)
 """The failures whose message says what to do."""
 

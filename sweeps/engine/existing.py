@@ -21,7 +21,7 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.pull import refuse_pull
 from sweeps.engine.settings import config_without_axes
-from sweeps.files.atomic import StorageError
+from sweeps.exits import StorageError
 from sweeps.files.attributes import data_sha256, seal_key
 from sweeps.files.datasets import DAMAGE
 from sweeps.files.journal import Journal
@@ -37,10 +37,10 @@ from sweeps.files.results import (
     read_rows,
     whole_chunks,
 )
-from sweeps.files.watch import require_readable
 from sweeps.grid import CASE, DIRECTION, Grid
 from sweeps.human import counted
 from sweeps.identity import PointKeys, Settings, differences, near_duplicates, settings_of
+from sweeps.watch import require_readable
 
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
 

@@ -21,7 +21,8 @@ from sweeps.engine.existing import (
 )
 from sweeps.engine.resume import manifest_of
 from sweeps.engine.sweep import JournaledResult, Outcome
-from sweeps.files.atomic import StorageError, fingerprint, storage_errors
+from sweeps.exits import StorageError
+from sweeps.files.atomic import fingerprint, storage_errors
 from sweeps.files.journal import Journal
 from sweeps.files.outputs import Outputs
 from sweeps.files.result_rows import Rows

@@ -28,7 +28,8 @@ from sweeps.engine.existing import (
     found_in_file,
     found_in_journal,
 )
-from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output, storage_errors
+from sweeps.exits import StorageError
+from sweeps.files.atomic import fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_manifest
 from sweeps.files.result_rows import Chunks, failures, tally

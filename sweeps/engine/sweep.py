@@ -29,8 +29,8 @@ from sweeps.engine.resume import (
     require_room,
 )
 from sweeps.engine.signals import Stop, listening
-from sweeps.exits import Exit, ExpectedError
-from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output
+from sweeps.exits import Exit, ExpectedError, StorageError
+from sweeps.files.atomic import fingerprint, refuse_odd_output
 from sweeps.files.attributes import breaks_of, global_attributes
 from sweeps.files.journal import DamagedRecordError, Journal, readable_manifest
 from sweeps.files.result_rows import STATUS, failures, status_counts

@@ -11,16 +11,10 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from sweeps.exits import Exit, ExpectedError
+from sweeps.exits import StorageError
 from sweeps.human import reason
 
 _LEAST_ROOM = 1 << 17  # bytes; even an empty result needs more
-
-
-class StorageError(ExpectedError, OSError):
-    """A file that cannot be read or written, or does not read back as it was written."""
-
-    code = Exit.STORAGE
 
 
 @contextlib.contextmanager

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.exits import ExpectedError
-from sweeps.files.atomic import StorageError
+from sweeps.exits import ExpectedError, StorageError
 from sweeps.files.attributes import foreign_attributes
 from sweeps.files.results import open_file, whole_chunks
 from sweeps.files.run_folder import RunFolder
-from sweeps.files.watch import require_readable
+from sweeps.watch import require_readable
 
 if TYPE_CHECKING:
     import xarray as xr

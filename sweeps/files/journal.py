@@ -29,7 +29,8 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.keys import checksums
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.files.atomic import StorageError, begin, replacing
+from sweeps.exits import StorageError
+from sweeps.files.atomic import begin, replacing
 from sweeps.files.result_rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
 from sweeps.identity import PointKeys
 

@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from stickslip.compiled.cache import source_hash
-from sweeps.exits import ExpectedError
+from sweeps.exits import ExpectedError, StorageError
 from sweeps.files.atomic import (
-    StorageError,
     appear,
     begin,
     fingerprint,

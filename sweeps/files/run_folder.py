@@ -16,8 +16,8 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from sweeps.exits import Exit, ExpectedError
-from sweeps.files.atomic import StorageError, flush, followed, remove, replacing, storage_errors
+from sweeps.exits import Exit, ExpectedError, StorageError
+from sweeps.files.atomic import flush, followed, remove, replacing, storage_errors
 from sweeps.files.attributes import command_line, now
 from sweeps.files.journal import manifest_path
 from sweeps.human import reason

@@ -22,7 +22,7 @@ from sweeps.engine.merge import merge
 from sweeps.engine.plan import plan
 from sweeps.engine.resume import ExistingPolicy, state_of
 from sweeps.engine.sweep import JournaledResult, Outcome, Recorder, sweep
-from sweeps.files.atomic import StorageError
+from sweeps.exits import StorageError
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.journal import DamagedRecordError, Journal
 from sweeps.files.results import Written

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from sweeps.files.atomic import StorageError, flush, replacing, storage_errors
+from sweeps.exits import StorageError
+from sweeps.files.atomic import flush, replacing, storage_errors
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from support.sweeps.writing import write_dataset
 
 from stickslip.datasets import result_attributes
 from stickslip.variables import PARAMETERS
-from sweeps.files.atomic import StorageError
+from sweeps.exits import StorageError
 from sweeps.files.datasets import (
     content_hash,
     open_result,

@@ -16,8 +16,8 @@ from stickslip.variables import RESULT_COLUMNS, RESULTS
 from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.trajectories import trajectories
+from sweeps.exits import StorageError
 from sweeps.files import export as module
-from sweeps.files.atomic import StorageError
 from sweeps.files.export import TableError, files_of, refuse_other_data, tables
 from sweeps.files.outputs import Outputs
 from sweeps.files.result_rows import Chunks

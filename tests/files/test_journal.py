@@ -20,7 +20,7 @@ from stickslip.orbit import failed_row
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
-from sweeps.files.atomic import StorageError
+from sweeps.exits import StorageError
 from sweeps.files.journal import (
     BYTES_PER_POINT,
     DamagedRecordError,

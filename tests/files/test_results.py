@@ -18,8 +18,8 @@ from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.existing import RefusalError, found_in_file
 from sweeps.engine.run import compute, run
+from sweeps.exits import StorageError
 from sweeps.files import results
-from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.result_rows import STATUS, Chunks, status_counts

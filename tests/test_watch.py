@@ -11,9 +11,9 @@ import netCDF4
 import numpy as np
 import pytest
 
+from sweeps.exits import StorageError
 from sweeps.files import watch
-from sweeps.files.atomic import StorageError
-from sweeps.files.watch import require_readable
+from sweeps.watch import require_readable
 
 HANGS, DIES = "while True: pass", "import ctypes; ctypes.string_at(1)"
 

@@ -15,7 +15,7 @@ import sys
 import threading
 from pathlib import Path
 
-from sweeps.files.atomic import StorageError
+from sweeps.exits import StorageError
 
 # The limit of the slowest disk that anybody would wait for.
 SECONDS = 20.0
