@@ -17,6 +17,8 @@ Floats: TypeAlias = NDArray[np.float64]
 LARGEST_OUTSIDE = 1e-3
 """Probability of values that a parameter cannot have, above which a distribution is refused."""
 
+_ROUNDING = 1e-6  # so far below 0 may a variance lie that is 0
+
 
 class DistributionError(ValueError):
     """A distribution that is none; the message says what is wrong, as the end of a sentence."""
@@ -103,6 +105,50 @@ class Normal(NamedTuple):
         return below(self.low), below(self.high)
 
 
+class Joint(NamedTuple):
+    """A normal distribution of several parameters together, as a fit leaves them.
+
+    `deviations` (p,) and `correlations` (p, p) are those of the values, or where `logarithmic` of
+    their logarithms; then the `middle` is a median.
+    """
+
+    names: tuple[str, ...]
+    middle: Floats
+    deviations: Floats
+    correlations: Floats
+    logarithmic: tuple[bool, ...]
+
+    @property
+    def outside(self) -> dict[str, float]:
+        """The probability of each parameter to have a value that it cannot have."""
+        found = {}
+        for i, name in enumerate(self.names):
+            ends = np.array([PARAMETERS[name].lower, PARAMETERS[name].upper])
+            middle = float(self.middle[i])
+            if self.logarithmic[i] and middle < 0.0:  # the logarithm is that of the opposite
+                middle, ends = -middle, -ends[::-1]
+            own = Normal(middle, float(self.deviations[i]), self.logarithmic[i], *ends.tolist())
+            found[name] = own.outside
+        return found
+
+    def values(self, unit: Floats) -> Floats:
+        """Return the values (n, p) at points (n, p) in [0, 1); raises DistributionError."""
+        from scipy.special import ndtri
+
+        variances, directions = np.linalg.eigh(self.correlations)
+        if not variances[0] > -_ROUNDING:
+            raise DistributionError("has correlations that no distribution has")
+        root = directions * np.sqrt(np.clip(variances, 0.0, None))
+        steps = (ndtri(np.clip(unit, 1e-16, 1.0 - 1e-16)) @ root.T) * self.deviations
+        factors = np.exp(np.where(self.logarithmic, steps, 0.0))
+        return np.where(self.logarithmic, self.middle * factors, self.middle + steps)
+
+    def are_possible(self, values: Floats) -> NDArray[np.bool_]:
+        """Tell of each set (n, p) whether the parameters can have these values."""
+        ends = np.array([(PARAMETERS[name].lower, PARAMETERS[name].upper) for name in self.names])
+        return np.all((ends[:, 0] <= values) & (values <= ends[:, 1]), axis=1)
+
+
 Distribution: TypeAlias = Range | Normal
 
 FORMS = "[low, high], {log: [low, high]}, {normal: [mean, deviation]}, or " + (
@@ -169,9 +215,14 @@ def of_parameter(drawn: Distribution, name: str) -> Distribution:
                 raise ParameterError(f"{name} {complaint}")
         return drawn
     drawn = drawn._replace(low=variable.lower, high=variable.upper)
-    if drawn.outside > LARGEST_OUTSIDE:
+    refuse_outside(name, drawn.outside)
+    return drawn
+
+
+def refuse_outside(name: str, probability: float) -> None:
+    """Raise DistributionError if values that a parameter cannot have are not improbable."""
+    if probability > LARGEST_OUTSIDE:
         raise DistributionError(
-            f"has values that {name} cannot have, with a probability of {drawn.outside:.2g} (at "
+            f"has values that {name} cannot have, with a probability of {probability:.2g} (at "
             f"most {LARGEST_OUTSIDE:g}); give it a smaller deviation, a lognormal one, or a range"
         )
-    return drawn

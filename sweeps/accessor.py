@@ -76,6 +76,23 @@ class StickslipAccessor:
         masked = {n: self._ds[n].where(valid) for n in RESULT_COLUMNS if n in self._ds.data_vars}
         return self._ds.assign(masked)
 
+    def quantiles(self, levels: Sequence[float] | None = None) -> xr.Dataset:
+        """Return quantiles of the measured variables over the cases of a sample, as `quantile`.
+
+        Cases without a result do not count; `cases_with_result` says how many do. By default the
+        levels are those of the median and of intervals that hold 68 % and 95 %. The plot of what is
+        returned has bands. Raises ValueError for a result without cases.
+
+        >>> sample = {"sobol": 8, "k": {"lognormal": [5e4, 0.1]}}
+        >>> ds = run({"sweep": {"T": [200, 250]}, "sample": sample})
+        >>> quantiles = ds.stickslip.quantiles()
+        >>> quantiles.friction_force_amplitude.sel(quantile=0.5).dims
+        ('temperature',)
+        """
+        from sweeps.charts.quantiles import quantiles_of
+
+        return quantiles_of(self._ds, levels)
+
     def plot(
         self,
         variable: str | Sequence[str] | None = None,

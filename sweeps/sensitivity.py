@@ -87,6 +87,11 @@ def _design_of(config: Config) -> Design:
         raise SensitivityError(
             f"indices belong to a box that a Sobol sequence samples; write {_EXAMPLE}"
         )
+    if sample.fitted:
+        raise SensitivityError(
+            "indices need parameters that vary independently, and those of a fit are correlated: "
+            "leave out `from`, and give each parameter a range in `sample`"
+        )
     if config.sweep or config.follow:
         key = "sweep" if config.sweep else "follow"
         raise SensitivityError(

@@ -39,6 +39,7 @@ from sweeps.charts.colours import (
 )
 from sweeps.charts.labels import DIRECTIONS, Array, legend_label, parameters_along, shown
 from sweeps.charts.missing import trusted, value_range
+from sweeps.charts.quantiles import bands_of
 from sweeps.grid import CASE, DIRECTION
 
 
@@ -46,7 +47,8 @@ from sweeps.grid import CASE, DIRECTION
 class Curve:
     """One curve: values over the axis, where they jump, and its place along the other axes.
 
-    `way` is the direction in which it is followed, if in both; `spread` that of values at random.
+    `way` is the direction in which it is followed, if in both; `bands` are the lower and upper ends
+    of what values at random, or uncertain parameters, spread over, the widest first.
     """
 
     label: str
@@ -55,7 +57,7 @@ class Curve:
     jumps: Array
     places: dict[str, int]
     way: str = ""
-    spread: Array | None = None
+    bands: tuple[tuple[Array, Array], ...] = ()
 
     def style(self, palette: Palette) -> CurveStyle:
         """Return how it is drawn."""
@@ -80,28 +82,30 @@ def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator
         values = shown(trusted(line, name)).values
         # Nothing lies between two counts.
         breaks = abs(np.diff(values)) > 0 if counts else jumps(line, axis.steps, values)
-        yield Curve(", ".join(labels), hue, values, breaks, place, way, _spread(line, name))
+        yield Curve(", ".join(labels), hue, values, breaks, place, way, _bands(line, name, values))
 
 
-def _spread(line: xr.Dataset, name: str) -> Array | None:
-    """Return the standard deviation between drive periods, where the value is a mean over them.
+def _bands(line: xr.Dataset, name: str, values: Array) -> tuple[tuple[Array, Array], ...]:
+    """Return the bands of a variable with these shown values: quantiles, or the spread of a mean.
 
+    That is the standard deviation between drive periods, where the value is a mean over them.
     Orbits of several periods have none: their value is the largest, not the middle of a band.
     """
     own = f"{name}_spread"
     if own not in line or "orbit_periods" not in line:
-        return None
+        return tuple(bands_of(line, name))
     spread = np.where(line["orbit_periods"] == 0, shown(trusted(line, own)).values, 0.0)
-    return np.nan_to_num(spread) if np.nansum(spread) else None
+    if not np.nansum(spread):
+        return ()
+    spread = np.nan_to_num(spread)
+    return ((values - spread, values + spread),)
 
 
-def range_with_spread(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
-    """Return the range of the values, and of what lies a standard deviation above them."""
+def range_with_bands(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
+    """Return the range of the values, and of what bands reach above them."""
     low, high = value_range(ds, name, log=log)
-    spread = _spread(ds, name)
-    if spread is not None:
-        high = max(high, float(np.nanmax(shown(trusted(ds, name)).values + spread)))
-    return low, high
+    bands = _bands(ds, name, shown(trusted(ds, name)).values)
+    return low, max([high, *(float(np.nanmax(above, initial=-np.inf)) for _, above in bands)])
 
 
 def axis_limits(

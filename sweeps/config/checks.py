@@ -103,6 +103,11 @@ def _drawn(document: Document, sample: Sample) -> dict[str, tuple[float, ...]]:
         document.refuse(message, "sample")
         return {}
     valid = [_is_sound(document, name, drawn) for name, drawn in sample.written.items()]
+    for name in sample.fitted.joint.names if sample.fitted else ():
+        if path := document.path_of(name):
+            message = f"draws {name}, which {path_text(path)} gives too; keep one of the two"
+            document.refuse(message, "sample", "from")
+            valid.append(False)
     return sample.cases() if all(valid) else {}
 
 

@@ -47,9 +47,14 @@ class Group(BaseModel):
     example: ClassVar[str] = ""
 
     @classmethod
+    def written_keys(cls) -> list[str]:
+        """Return the keys as they are written."""
+        return [field.alias or name for name, field in cls.model_fields.items()]
+
+    @classmethod
     def unknown_key(cls, key: str) -> str:
         """Return what is wrong with a key that there is not, and what may be meant."""
-        keys = cls.model_fields
+        keys = cls.written_keys()
         known = f"write {cls.example}" if cls.example else f"known are {', '.join(keys)}"
         return f"unknown key{cls.home_of(key) or did_you_mean(key, keys) or f'; {known}'}"
 
@@ -65,7 +70,7 @@ class Group(BaseModel):
         for name, field in cls.model_fields.items():
             for inner in (field.annotation, *get_args(field.annotation)):
                 if isinstance(inner, type) and issubclass(inner, Group):
-                    found = [key] if key in inner.model_fields else []
+                    found = [key] if key in inner.written_keys() else []
                     yield from (f"{name}.{path}" for path in (*found, *inner._paths_to(key)))
 
     @field_validator("*", mode="before")
@@ -98,7 +103,7 @@ class Group(BaseModel):
         elif kind == "missing":
             message = f"is missing; write {cls.example}"
         elif kind == "model_type":
-            keys = f"hold lines `key: value` with the keys {', '.join(cls.model_fields)}"
+            keys = f"hold lines `key: value` with the keys {', '.join(cls.written_keys())}"
             shape = f"be {cls.example}" if cls.example else keys
             message = f"must {shape}, not {quoted(details['input'])}"
         else:

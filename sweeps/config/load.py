@@ -15,6 +15,7 @@ from sweeps.config.diagnostics import ConfigError, Document, Problem, document_o
 from sweeps.config.group import sound_parts
 from sweeps.config.overrides import apply_overrides
 from sweeps.config.pull import read_table
+from sweeps.config.sample import read_fit
 from sweeps.config.schema import KEYS, Config
 from sweeps.config.yaml_reader import read_file, read_text
 from sweeps.paths import path_of
@@ -74,6 +75,7 @@ def _config(
     if not readable:
         document.raise_problems()
     read_table(document, folder)
+    read_fit(document, folder)
     config = judged(document, *sound_parts(Config, document), picked)
     document.raise_problems()
     settled: dict[str, Any] = {}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
     ConfigDict,
@@ -22,8 +24,11 @@ from stickslip.distributions import (
     of_parameter,
 )
 from sweeps.config.axes import Count, Pair
+from sweeps.config.diagnostics import UNREADABLE, Document, quoted
 from sweeps.config.group import Group
-from sweeps.config.numbers import full_name
+from sweeps.config.numbers import Text, full_name
+from sweeps.fitted import Fitted, fitted_parameters
+from sweeps.paths import expanded
 
 
 class Logarithmic(Group):
@@ -57,6 +62,13 @@ def _distribution(written: object) -> Distribution:
     return distribution(kind, *_PAIR.validate_python(numbers))
 
 
+def _fitted(read: object) -> Fitted | None:
+    """Return the parameters of a fit, which `read_fit` has read; raises ValueError."""
+    if read is None or isinstance(read, Fitted):
+        return read
+    raise ValueError(f"must be the name of a file that `stickslip fit` wrote, not {quoted(read)}")
+
+
 class Sample(Group):
     """Points drawn from a box, as linked values; NAME: [low, high], or a named distribution."""
 
@@ -68,7 +80,7 @@ class Sample(Group):
 
     # The parameters, by their full names.
     __pydantic_extra__: dict[
-        Annotated[str, AfterValidator(lambda key: full_name(key, *Sample.model_fields))],
+        Annotated[str, AfterValidator(lambda key: full_name(key, *Sample.written_keys()))],
         Annotated[
             Distribution,
             PlainValidator(_distribution, json_schema_input_type=Pair | Logarithmic | Named),
@@ -80,10 +92,20 @@ class Sample(Group):
     )
     latin_hypercube: Count | None = Field(None, description="points of a Latin hypercube")
     seed: int = Field(0, ge=0, description="seed of the random numbers")
+    fitted: Annotated[
+        Fitted | None, PlainValidator(_fitted, json_schema_input_type=Text | None)
+    ] = Field(
+        None,
+        alias="from",
+        description="a file of `stickslip fit`: its free parameters, drawn together from a normal "
+        "distribution with the covariance of the fit; from the folder of the config, or with `~` "
+        "and `$NAME` as in `output`",
+    )
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
-        if (self.sobol is None) == (self.latin_hypercube is None) or not self.written:
+        one_way = (self.sobol is None) != (self.latin_hypercube is None)
+        if not one_way or not (self.written or self.fitted):
             needed = "sobol or latin_hypercube, and parameters"
             raise ValueError(f"needs {needed}; write {self.example}")
         return self
@@ -99,23 +121,54 @@ class Sample(Group):
         return {name: of_parameter(drawn, name) for name, drawn in self.written.items()}
 
     def cases(self) -> dict[str, tuple[float, ...]]:
-        """Return the drawn values of each parameter."""
+        """Return the drawn values of each parameter.
+
+        Sets of the parameters of a fit that cannot be are left out: the distribution is truncated.
+        """
+        unit = self._unit()
+        drawn = {name: r.values(unit[:, i]) for i, (name, r) in enumerate(self.ranges.items())}
+        if self.fitted:
+            joint = self.fitted.joint
+            sets = joint.values(unit[:, len(drawn) :])
+            drawn |= dict(zip(joint.names, sets.T, strict=True))
+            possible = joint.are_possible(sets)
+            drawn = {name: values[possible] for name, values in drawn.items()}
+        return {name: tuple(values.tolist()) for name, values in drawn.items()}
+
+    def _unit(self) -> NDArray[np.float64]:
+        """Return points (n, parameters) in [0, 1)."""
         from scipy.stats import qmc
 
-        width, rng = len(self.written), np.random.default_rng(self.seed)
+        width = len(self.written) + (len(self.fitted.joint.names) if self.fitted else 0)
+        rng = np.random.default_rng(self.seed)
         if self.sobol:
             # A longer sequence begins with the shorter one: a sweep that grows keeps its points.
             power = (self.sobol - 1).bit_length()
-            unit = qmc.Sobol(width, rng=rng).random_base2(power)[: self.sobol]
-        else:
-            unit = qmc.LatinHypercube(width, rng=rng).random(self.latin_hypercube)
-        return {
-            name: tuple(r.values(unit[:, i]).tolist())
-            for i, (name, r) in enumerate(self.ranges.items())
-        }
+            return np.asarray(qmc.Sobol(width, rng=rng).random_base2(power)[: self.sobol])
+        return np.asarray(qmc.LatinHypercube(width, rng=rng).random(self.latin_hypercube))
 
     def __str__(self) -> str:
         """Return how the points were drawn, for the file."""
         way = f"sobol {self.sobol}" if self.sobol else f"latin_hypercube {self.latin_hypercube}"
         ranges = [f"{name} {drawn}" for name, drawn in self.written.items()]
-        return ", ".join([way, f"seed {self.seed}", *ranges])
+        how = ", ".join([way, f"seed {self.seed}", *ranges])
+        if self.fitted is None:
+            return how
+        left_out = (self.sobol or self.latin_hypercube or 0) - len(
+            next(iter(self.cases().values()))
+        )
+        lost = f"; {left_out} left out, of values that cannot be" if left_out else ""
+        return f"{how}, {self.fitted}{lost}"
+
+
+def read_fit(document: Document, folder: Path) -> None:
+    """Put the parameters in the file of a fit in the place of its name; refuse what is wrong."""
+    sample = document.section("sample")
+    name = sample.get("from")
+    if not isinstance(name, str):
+        return
+    try:
+        sample["from"] = fitted_parameters(folder / expanded(name), name)
+    except ValueError as error:
+        document.refuse(str(error), "sample", "from")
+        sample["from"] = UNREADABLE

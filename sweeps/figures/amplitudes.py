@@ -16,6 +16,7 @@ from sweeps.charts.choice import lie_along, slice_at, slice_in_the_middle, varia
 from sweeps.charts.colours import KINDS, code_name, is_discrete
 from sweeps.charts.labels import shown
 from sweeps.charts.missing import missing_notes, missing_points, trusted
+from sweeps.charts.quantiles import QUANTILE, asks_for_bands, medians_of, quantiles_of
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.curves import draw_curves
 from sweeps.figures.look import PlotOptions
@@ -35,6 +36,11 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
     ds, at = slice_at(ds.squeeze(), options.at)
     if not ds.sizes:
         return draw_point(ds)
+    bands: list[str] = []
+    if asks_for_bands(ds, options, variables):
+        ds = quantiles_of(ds)
+    if QUANTILE in ds.dims:
+        ds, bands = medians_of(ds)
     if cases_to_scatter(ds, options):
         figure, middle = draw_scatter(ds, variables, options)
     else:
@@ -57,7 +63,7 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
                 f"measured points are drawn over curves, and {', '.join(variables)} would be a "
                 "map; name a variable and axes that make curves"
             )
-    put_note(figure, [at, middle])
+    put_note(figure, [*bands, at, middle])
     return figure
 
 

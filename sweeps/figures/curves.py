@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.charts.axes import MANY, Axis, Layout, axis_of, thinned
-from sweeps.charts.chart import Curve, axis_limits, break_line, curves_of, range_with_spread
+from sweeps.charts.chart import Curve, axis_limits, break_line, curves_of, range_with_bands
 from sweeps.charts.colours import BLACK, SINGLE, CurveStyle, hue_of, way_style
 from sweeps.charts.labels import (
     DIRECTIONS,
@@ -79,7 +79,7 @@ def draw_curves(
         panel.axes.set_xmargin(_MARGIN if axis.order.size > _FEW else 2 * _MARGIN)
         panel.axes.update_datalim([(x, 0.0) for x in axis.quantity.values[[0, -1]]], updatey=False)
         make_logarithmic(panel.axes, ["x"] * axis.geometric + ["y"] * log)
-        low, high = range_with_spread(drawn.dataset, panel.variable, log=log)
+        low, high = range_with_bands(drawn.dataset, panel.variable, log=log)
         panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
     elsewhere = 0
     if data is not None:
@@ -105,9 +105,8 @@ def _draw_panel(
         style = curve.style(colours)
         _draw_line(axes, axis, curve, style, marked=True)
         _draw_arrow(axes, axis.quantity.values, curve, style.colour)
-        if curve.spread is not None:
-            ends = curve.values - curve.spread, curve.values + curve.spread
-            look: dict[str, Any] = {"color": style.colour, "alpha": _BAND, "linewidth": 0.0}
+        look: dict[str, Any] = {"color": style.colour, "alpha": _BAND, "linewidth": 0.0}
+        for ends in curve.bands:
             axes.fill_between(axis.quantity.values, *ends, **look)
         missing = missing_points(panel.dataset.isel(curve.places), variables).values
         if missing.any():

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import re
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.stats
+import xarray as xr
 from support.sweeps.configs import problems
 
-from sweeps.config.load import from_mapping, from_yaml
+from sweeps.config.load import Config, ConfigError, from_mapping, from_yaml, load
 from sweeps.files.attributes import global_attributes
 from sweeps.grid import Grid
+from sweeps.sensitivity import Request, SensitivityError
 
 BOX = {"T": [150, 320], "K": {"log": [500, 1e4]}}
 
@@ -99,3 +107,117 @@ def test_a_distribution_with_values_that_cannot_be_is_refused() -> None:
     )
     cases = from_yaml("sample: {sobol: 4096, T: {normal: [10, 3.2]}}\n").cases
     assert min(cases["temperature"]) >= 0.0
+
+
+# --- `from`: the parameters of a fit --------------------------------------------------------------
+
+MIDDLE, CORRELATION = {"viscosity_coefficient": 7e4, "rheological_index": -0.55}, -0.9
+ERRORS = {"viscosity_coefficient": 7e3, "rheological_index": 0.02}
+
+
+def fit_file(path: Path, **changes: Any) -> Path:
+    """Write what a file of a fit says of its parameters, with changes."""
+    values = {
+        "value": [*MIDDLE.values()],
+        "standard_error": [*ERRORS.values()],
+        "determination": [0, 0],
+    } | changes
+    ds = xr.Dataset({f"parameter_{name}": ("free_parameter", v) for name, v in values.items()})
+    ds["parameter_standard_error"].attrs["form"] = "logarithmic plain"
+    correlations = [[1.0, CORRELATION], [CORRELATION, 1.0]]
+    ds["parameter_correlation"] = ("free_parameter", "other_parameter"), correlations
+    ds.assign_coords(free_parameter=[*MIDDLE]).to_netcdf(path)
+    return path
+
+
+def load_sample(folder: Path, sample: str) -> Config:
+    (folder / "f.yaml").write_text(f"sample: {sample}\n")
+    return load(folder / "f.yaml")
+
+
+def test_parameters_of_a_fit_are_drawn_with_its_covariance(tmp_path: Path) -> None:
+    file = fit_file(tmp_path / "fit.nc")
+    config = load_sample(tmp_path, "{sobol: 4096, from: fit.nc, h: {normal: [1e-9, 1e-11]}}")
+    k, gamma = (np.array(config.cases[name]) for name in MIDDLE)
+    sets = np.array([np.log(k / 7e4) / 0.1, (gamma + 0.55) / 0.02])
+    assert np.abs(sets.mean(axis=1)).max() < 0.01
+    assert np.abs(np.cov(sets) - [[1.0, CORRELATION], [CORRELATION, 1.0]]).max() < 0.02
+    levels = scipy.stats.norm.ppf((np.arange(4096) + 0.5) / 4096)
+    assert np.abs(np.sort(sets, axis=1) - levels)[:, 100:-100].max() < 0.05
+    # The others are drawn independently of them.
+    thickness = np.array(config.cases["film_thickness"])
+    assert np.abs(np.corrcoef([*sets, thickness])[2, :2]).max() < 0.02
+    how = global_attributes(config)["sample"]
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    assert f"ln viscosity_coefficient, rheological_index from fit.nc (sha256 {digest})" in how
+    mean, covariance = map(
+        json.loads, re.findall(r"(\[.*?\]+)(?=$|, cov)", how.partition("mean ")[2])
+    )
+    assert mean == pytest.approx([np.log(7e4), -0.55])
+    assert np.ravel(covariance) == pytest.approx([0.01, -0.0018, -0.0018, 4e-4])
+    # A result does not need the file again.
+    assert from_yaml(config.resolved_yaml()).cases == config.cases
+
+
+def test_draws_that_cannot_be_are_left_out_and_counted(tmp_path: Path) -> None:
+    fit_file(tmp_path / "fit.nc", standard_error=[7e3, 0.14])
+    config = load_sample(tmp_path, "{sobol: 8192, from: fit.nc}")
+    left = 8192 - len(config.cases["rheological_index"])
+    assert left == pytest.approx(8192 * scipy.stats.norm.cdf(-0.45 / 0.14), abs=3)
+    assert min(config.cases["rheological_index"]) > -1.0
+    assert global_attributes(config)["sample"].endswith(
+        f"; {left} left out, of values that cannot be"
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "sample", "said"),
+    [
+        ({}, "{sobol: 4, from: none.nc}", "names none.nc, which cannot be read: No such file"),
+        ({}, "{sobol: 4, from: f.yaml}", "names f.yaml, which cannot be read: "),
+        ({}, "{sobol: 4, from: 3}", "must be the name of a file that `stickslip fit` wrote, not 3"),
+        ({}, "{from: fit.nc}", "needs sobol or latin_hypercube, and parameters"),
+        (
+            {},
+            "{sobol: 4, from: fit.nc, k: [1e4, 1e5]}",
+            "draws viscosity_coefficient, which sample.k gives too; keep one of the two",
+        ),
+        (
+            {"determination": [0, 1]},
+            "{sobol: 4, from: fit.nc}",
+            "names fit.nc, whose data do not determine rheological_index: fit the others with",
+        ),
+        (
+            {"standard_error": [7e3, 0.2]},
+            "{sobol: 4, from: fit.nc}",
+            "has values that rheological_index cannot have, with a probability of 0.012",
+        ),
+        (
+            {"value": [np.nan, -0.5]},
+            "{sobol: 4, from: fit.nc}",
+            "names fit.nc, which lacks values or correlations",
+        ),
+    ],
+)
+def test_what_is_wrong_with_the_file_of_a_fit_is_said(
+    tmp_path: Path, changes: dict[str, Any], sample: str, said: str
+) -> None:
+    fit_file(tmp_path / "fit.nc", **changes)
+    with pytest.raises(ConfigError) as refused:
+        load_sample(tmp_path, sample)
+    (problem,) = refused.value.problems
+    assert (problem.line, problem.key.partition(".")[0]) == (1, "sample")
+    assert said in problem.message
+
+
+def test_a_result_that_is_no_fit_gives_no_parameters(tmp_path: Path) -> None:
+    xr.Dataset({"status": 0}).to_netcdf(tmp_path / "sweep.nc")
+    with pytest.raises(ConfigError, match="must be a file that `stickslip fit` has written"):
+        load_sample(tmp_path, "{sobol: 4, from: sweep.nc}")
+
+
+def test_correlated_parameters_have_no_indices(tmp_path: Path) -> None:
+    fit_file(tmp_path / "fit.nc")
+    config = load_sample(tmp_path, "{sobol: 4, from: fit.nc}")
+    with pytest.raises(SensitivityError, match="those of a fit are correlated: leave out `from`"):
+        Request(config, ["friction_force_amplitude"])

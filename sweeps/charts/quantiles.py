@@ -1,0 +1,118 @@
+"""Quantiles of results over the cases of a sample: what uncertain parameters do to a curve."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from stickslip.status import Status
+from sweeps.charts.axes import MANY, is_scattered
+from sweeps.charts.choice import ROLES, Choice, axis_named
+from sweeps.charts.colours import is_discrete
+from sweeps.charts.labels import Array, parameters_along, shown
+from sweeps.charts.missing import RESULT_STATUSES, trusted
+from sweeps.grid import CASE
+from sweeps.human import counted
+
+QUANTILE = "quantile"
+"""The dimension of quantiles."""
+
+# Of the median, and of intervals that hold 68 % and 95 % of the cases.
+_LEVELS = (0.025, 0.16, 0.5, 0.84, 0.975)
+_SIDES = ("lower", "upper")  # ends of a band
+_USED = "cases_with_result"
+_KEPT = ("title", "Conventions", "sample")
+
+
+def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Dataset:
+    """Return the quantiles of all measured variables over the cases that have a result.
+
+    They are NaN where no case has one; `cases_with_result` counts them. Raises ValueError for a
+    result without cases, and for levels outside [0, 1].
+    """
+    if ds.sizes.get(CASE, 1) == 1:
+        raise ValueError("quantiles are those of the cases of a sample, and this result has none")
+    at = np.unique(np.asarray(_LEVELS if levels is None else levels, dtype=float))
+    if not at.size or not (at[0] >= 0.0 and at[-1] <= 1.0):
+        raise ValueError(f"levels of quantiles lie between 0 and 1, unlike {at.tolist()}")
+    with_result = ds["status"].isin(RESULT_STATUSES)
+    found = {}
+    for name, variable in ds.data_vars.items():
+        if variable.dtype.kind != "f" or CASE not in variable.dims:
+            continue
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # where no case has a value
+            found[name] = trusted(ds, str(name)).quantile(at, dim=CASE, keep_attrs=True)
+    count = with_result.sum(CASE).astype(np.int32)
+    count.attrs = {"long_name": "number of cases with a result", "units": "1"}
+    first = ds["status"].isel({CASE: 0}, drop=True)
+    status = first.where(count == 0, Status.OK).astype(first.dtype)
+    kept = ds.drop_vars([name for name in parameters_along(ds, CASE) if name in ds.coords])
+    kept = kept.drop_dims(CASE)
+    attrs = {name: ds.attrs[name] for name in _KEPT if name in ds.attrs} | {"cases": ds.sizes[CASE]}
+    made = kept.assign(found | {"status": status, _USED: count})
+    made[QUANTILE].attrs = {"long_name": "level of the quantile", "units": "1"}
+    made.attrs = attrs  # the others speak of the file and its numbers
+    return made
+
+
+def asks_for_bands(ds: xr.Dataset, choice: Choice, variables: Sequence[str]) -> bool:
+    """Tell whether curves over an axis are wanted of many cases in no order: medians and bands."""
+    if choice.x is None or choice.y or ds.sizes.get(CASE, 1) <= MANY or not is_scattered(ds, CASE):
+        return False
+    if any(is_discrete(ds, name) for name in variables):
+        return False
+    names = [getattr(choice, role) for role in ROLES if getattr(choice, role)]
+    return all(axis_named(ds, name)[0] != CASE for name in names)
+
+
+def medians_of(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
+    """Return quantiles as curves: the medians, and beside them the ends of bands.
+
+    With notes on what they are. Raises ValueError where the median is not among the quantiles.
+    """
+    levels = ds[QUANTILE].values
+    if not np.isclose(levels, 0.5).any():
+        raise ValueError("curves of quantiles are medians: 0.5 must be one of the levels")
+    pairs, curves = _pairs(levels), {}
+    for name in [str(name) for name, each in ds.data_vars.items() if QUANTILE in each.dims]:
+        at = {float(level): ds[name].isel({QUANTILE: i}) for i, level in enumerate(levels)}
+        curves[name] = ds[name].isel({QUANTILE: int(np.argmin(np.abs(levels - 0.5)))})
+        for number, ends in enumerate(pairs):
+            for side, level in zip(_SIDES, ends, strict=True):
+                curves[_band(name, number, side)] = at[level].rename(name)
+    made = ds.drop_dims(QUANTILE).assign(
+        {name: curve.drop_vars(QUANTILE) for name, curve in curves.items()}
+    )
+    lost = int(ds.attrs["cases"]) * ds[_USED].size - int(ds[_USED].sum())
+    holds = " and ".join(f"{100 * (high - low):.3g} %" for low, high in pairs)
+    cases = counted(int(ds.attrs["cases"]), "case")
+    notes = [f"Medians{f'; bands hold {holds}' if holds else ''} of {cases}."]
+    if lost:
+        notes.append(f"Left out: {counted(lost, 'point')} without a result.")
+    return made, notes
+
+
+def bands_of(line: xr.Dataset, name: str) -> list[tuple[Array, Array]]:
+    """Return the ends of the bands about a median, in shown units, the widest first."""
+    bands: list[tuple[Array, Array]] = []
+    while (lower := _band(name, len(bands), "lower")) in line:
+        upper = _band(name, len(bands), "upper")
+        below, above = (shown(line[end].rename(name)).values for end in (lower, upper))
+        bands.append((below, above))
+    return bands
+
+
+def _band(name: str, number: int, side: str) -> str:
+    return f"{name}_band_{number}_{side}"
+
+
+def _pairs(levels: Array) -> list[tuple[float, float]]:
+    """Return the levels that lie symmetrically about the median, the widest first."""
+    below, above = levels[levels < 0.5], levels[levels > 0.5]
+    pairs = ((float(low), float(high)) for low in below for high in above)
+    return [(low, high) for low, high in pairs if math.isclose(low + high, 1.0)]

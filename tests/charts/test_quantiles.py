@@ -1,0 +1,96 @@
+"""Quantiles of results over the cases of a sample, and the bands that are drawn of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.pictures import failed, random_cases, sweep
+
+from stickslip.status import Status
+from sweeps.charts.quantiles import medians_of, quantiles_of
+from sweeps.figures import PlotOptions, draw
+
+F = "friction_force_amplitude"
+
+
+def over_temperatures(count: int = 64) -> xr.Dataset:
+    """Random cases at three temperatures: the forces are numbers from 1 on, in no order."""
+    ds = random_cases(count, spring_stiffness=(1e3, 5e3)).drop_vars("temperature")
+    ds = xr.concat(
+        [ds] * 3,
+        xr.DataArray([200.0, 250.0, 300.0], dims="temperature", name="temperature"),
+        data_vars="all",
+        coords="minimal",
+    )
+    forces = np.random.default_rng(0).permuted(np.tile(np.arange(1.0, count + 1), (3, 1)), axis=1)
+    return ds.assign({F: (ds[F].dims, forces * 1e-3, ds[F].attrs)})
+
+
+def test_quantiles_are_those_of_the_cases_with_a_result():
+    ds = over_temperatures(11)
+    ds = failed(ds, Status.NOT_STATIONARY, temperature=0, case=[0, 1])
+    ds = failed(ds, Status.NOT_STATIONARY, temperature=1)
+    found = quantiles_of(ds, [0.5, 0.1])
+    assert found[F].dims == ("quantile", "temperature")
+    assert found["quantile"].values.tolist() == [0.1, 0.5]
+    assert found["cases_with_result"].values.tolist() == [9, 0, 11]
+    assert found["status"].values.tolist() == [Status.OK, Status.NOT_STATIONARY, Status.OK]
+    np.testing.assert_allclose(found[F].values[:, 2], [2e-3, 6e-3], rtol=1e-14)
+    np.testing.assert_allclose(
+        found[F].values[:, 0], np.quantile(ds[F].values[0, 2:], [0.1, 0.5]), rtol=1e-14
+    )
+    assert np.isnan(found[F].values[:, 1]).all()
+    assert found[F].attrs["units"] == "N"
+    assert "case" not in found.dims
+    assert "spring_stiffness" not in found.coords  # it varied from case to case
+
+
+@pytest.mark.parametrize(
+    ("ds", "levels", "said"),
+    [
+        (sweep(temperature=[200.0, 250.0]), None, "this result has none"),
+        (over_temperatures(4), [0.5, 95.0], r"lie between 0 and 1, unlike \[0.5, 95.0\]"),
+        (over_temperatures(4), [], "lie between 0 and 1"),
+    ],
+)
+def test_quantiles_that_are_none_are_refused(ds, levels, said):
+    with pytest.raises(ValueError, match=said):
+        quantiles_of(ds, levels)
+
+
+def test_a_swept_axis_of_random_cases_has_medians_and_bands():
+    ds = failed(over_temperatures(), Status.NOT_STATIONARY, temperature=0, case=[0, 1])
+    figure = draw(ds, options=PlotOptions(F, x="temperature"))
+    (axes,) = figure.axes
+    found = quantiles_of(ds)
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 1e3 * found[F].sel(quantile=0.5))
+    assert len(axes.collections) == 2
+    for band, (low, high) in zip(axes.collections, [(0.025, 0.975), (0.16, 0.84)], strict=True):
+        ends = band.get_paths()[0].vertices[:, 1]
+        expected = 1e3 * found[F].sel(quantile=[low, high]).values
+        assert (ends.min(), ends.max()) == pytest.approx((expected.min(), expected.max()))
+    top = 1e3 * float(found[F].max())
+    assert axes.get_ylim()[1] > top
+    small_print = " ".join(text.get_text() for text in figure.texts)
+    assert "Medians; bands hold 95 % and 68 % of 64 cases." in small_print
+    assert "Left out: 2 points without a result." in small_print
+
+
+def test_quantiles_are_drawn_as_the_result_is():
+    ds = over_temperatures()
+    direct, by_way = (
+        draw(each, options=PlotOptions(F, x="temperature")) for each in (ds, quantiles_of(ds))
+    )
+    lines = [figure.axes[0].lines[0].get_ydata() for figure in (direct, by_way)]
+    np.testing.assert_array_equal(*lines)
+
+
+def test_curves_of_quantiles_need_the_median():
+    with pytest.raises(ValueError, match=r"0\.5 must be one of the levels"):
+        medians_of(quantiles_of(over_temperatures(4), [0.1, 0.9]))
+
+
+def test_random_cases_over_their_own_parameters_stay_points():
+    figure = draw(over_temperatures(), options=PlotOptions(F, x="spring_stiffness"))
+    assert not figure.axes[0].lines
