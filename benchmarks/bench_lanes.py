@@ -2,7 +2,7 @@
 
 Of the adaptive method an attempted step in a search for orbits, and a drive period of one point by
 the scalar drive and in one of the lanes; of Euler-Cromer a step in a loop that is written down
-plainly, and in lanes.
+plainly, and in lanes. And of both the part of the peak of the processor that they reach.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import numba
 import numpy as np
 from inside.fixed import fixed_lanes
 from inside.lanes import end_states, searched
+from inside.operations import attempted_steps, fixed_step_operations, peak
 from inside.scalar import scalar_end
 from shared.measuring import measure
 from shared.points import parameter, random_points
-from shared.timing import fastest
+from shared.timing import fastest, pin
 
 from stickslip.compiled.simd import LANES
 from stickslip.options import Options
@@ -135,5 +136,40 @@ def _lane_step(gamma: float, width: int, steps: int, *, noise: bool, measured: b
     return fastest(run, steps * width)
 
 
+# --- parts of the peak ----------------------------------------------------------------------------
+
+PEAK_GAMMAS = (-2 / 3, 0.0, 2 / 3)
+_ATTEMPTS = 5000
+
+
+def of_peak(quick: bool) -> dict[str, Any]:
+    """Time a step by itself, of either method, and a search, as parts of the peak of a core."""
+    pin()
+    highest = peak()
+    drawn = random_points(POINTS // 16 if quick else POINTS, SEED)
+    gammas, rows = parameter(drawn, "rheological_index"), {}
+    for gamma in PEAK_GAMMAS[:1] if quick else PEAK_GAMMAS:
+        points = drawn[np.isclose(gammas, gamma)]
+        own, attempts = attempted_steps(points[0], gamma, 1e-4, _ATTEMPTS)
+        attempts()
+        fixed_own = fixed_step_operations(gamma)
+        row = {
+            "attempt": _part(own * LANES, fastest(attempts, _ATTEMPTS), highest),
+            "search": _part(own * LANES, _search(points)["ns"], highest),
+            "fixed": _part(
+                fixed_own,
+                _lane_step(gamma, WIDTHS[-1], 200_000, noise=False, measured=False),
+                highest,
+            ),
+        }
+        rows[f"{gamma:.2f}"] = row
+        print(f"gamma = {gamma:.2f}", row)
+    return {"operations_per_ns": max(highest, peak()), "lanes": LANES, "fluids": rows}
+
+
+def _part(operations: float, ns: float, highest: float) -> dict[str, float]:
+    return {"operations": operations, "ns": ns, "of_peak": operations / ns / highest}
+
+
 if __name__ == "__main__":
-    measure("lanes", __doc__, {"adaptive": adaptive, "fixed": fixed})
+    measure("lanes", __doc__, {"adaptive": adaptive, "fixed": fixed, "peak": of_peak})

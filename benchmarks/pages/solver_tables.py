@@ -70,3 +70,17 @@ def fixed_steps(fixed: Results) -> Lines:
         faster = max(row["times_faster_than_plain"] for row in lanes)
         between = f"{min(times):.2g} to {max(times):.2g}"
         yield f"{signed(gamma)} | {digits(plain)} | {between} | {faster:.0f}"
+
+
+def of_peak(peak: Results) -> Lines:
+    """Yield how much of a core's peak a step and a search reach."""
+    attempt = "an attempted step: operations, part of the peak"
+    yield f"γ | {attempt} | a search | a fixed step: operations, part of the peak"
+    for gamma, row in peak["fluids"].items():
+        attempted = row["attempt"]["operations"] / peak["lanes"]
+        yield (
+            f"{signed(gamma)} | {attempted:.0f}, {row['attempt']['of_peak']:.0%} | "
+            f"{row['search']['of_peak']:.0%} | {row['fixed']['operations']:.0f}, "
+            f"{row['fixed']['of_peak']:.0%}"
+        )
+    yield f"the peak | {peak['operations_per_ns']:.0f} operations a nanosecond |  | "

@@ -101,6 +101,7 @@ TABLES: dict[str, Table] = {
     "against_paper": Table("work_precision", ("fluids",), solver_tables.against_paper),
     "adaptive_steps": Table("lanes", ("adaptive",), solver_tables.adaptive_steps),
     "fixed_steps": Table("lanes", ("fixed",), solver_tables.fixed_steps),
+    "of_peak": Table("lanes", ("peak",), solver_tables.of_peak),
     "stability_errors": Table("stability", ERRORS, stability_tables.errors),
     "stability_work": Table("stability", ("work",), stability_tables.work),
     "stability_verdicts": Table("stability", VERDICTS, stability_tables.verdicts),
