@@ -62,7 +62,7 @@ class Origin:
         return f"{self.name}@{self.identity}"
 
 
-_registered: dict[str, Origin] = {}
+REGISTERED: dict[str, Origin] = {}
 """Those of this process, by name and by full name; what is replaced keeps its full name."""
 
 
@@ -74,7 +74,7 @@ def is_of_this_process(full_name: str) -> bool:
 def origin_of(given: str) -> Origin:
     """Return where the law of a name, or a full name, comes from; raises LawError."""
     name, _, identity = str(given).partition("@")
-    origin = _registered.get(given) or _registered.get(name)
+    origin = REGISTERED.get(given) or REGISTERED.get(name)
     try:
         origin = origin or _installed(name)
     except UnknownLawError:
@@ -101,7 +101,7 @@ def origin_in_python(name: str, code: str, law: object) -> Origin:
 
 def register(origin: Origin) -> None:
     """Let the name of a law of this process stand for it from now on."""
-    _registered[origin.name] = _registered[origin.full_name] = origin
+    REGISTERED[origin.name] = REGISTERED[origin.full_name] = origin
 
 
 @cache
@@ -109,7 +109,7 @@ def _installed(name: str) -> Origin:
     """Return the origin of the law that a distribution declares; raises LawError."""
     entries = metadata.entry_points(group=GROUP, name=name)
     if not entries or not _NAME.fullmatch(name):
-        others = sorted(_registered.keys() | metadata.entry_points(group=GROUP).names)
+        others = sorted(REGISTERED.keys() | metadata.entry_points(group=GROUP).names)
         known = ", ".join(each for each in others if "@" not in each)
         raise UnknownLawError(f"{f'known too are {known}; ' if known else ''}{_HOW_TO}")
     if len(entries) > 1:

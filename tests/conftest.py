@@ -39,7 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(autouse=True)
 def compiling_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a command says does not depend on whether its kernels are cached."""
-    monkeypatch.setattr("sweeps.engine.progress._MOMENT", 1e6)
+    monkeypatch.setattr("sweeps.engine.progress.MOMENT", 1e6)
 
 
 @pytest.fixture

@@ -28,20 +28,21 @@ log = logging.getLogger(__name__)
 def compile_kinds(options: Options, kinds: NDArray[np.float64]) -> None:
     """Compile or load what points of these kinds (n, k) need, as `prepare_kernels` does."""
     missing = uncompiled(options, kinds)
-    if missing and _cores() > 1 and not is_of_this_process(options.friction):
-        with _elsewhere([partial(compile_one, options, kinds, number) for number in missing]):
+    if missing and usable_cores() > 1 and not is_of_this_process(options.friction):
+        calls = [partial(compile_one, options, kinds, number) for number in missing]
+        with compiled_elsewhere(calls):
             prepare_kernels(options, kinds[:0])  # what all kinds share
     prepare_kernels(options, kinds)  # loads what the others left, and makes what they did not
 
 
 @contextmanager
-def _elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
+def compiled_elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
     """Meanwhile these calls are made by processes that joblib's loky starts, the last maybe here.
 
     What fails, here or there, is left to whoever comes afterwards.
     """
     with children_started():
-        pool = process_pool(min(len(calls), _cores() - 1))
+        pool = process_pool(min(len(calls), usable_cores() - 1))
     try:
         with children_started():
             futures = [pool.submit(call) for call in calls]
@@ -58,6 +59,6 @@ def _elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
         pool.shutdown(wait=True, kill_workers=True)
 
 
-def _cores() -> int:
+def usable_cores() -> int:
     """Count the processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

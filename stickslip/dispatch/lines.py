@@ -27,9 +27,10 @@ _RESULTS = [status for status in Status if status.is_result]
 # As many lines as keep the lanes of a kernel busy; more would only come back later.
 _MOST_LINES = 16
 
-# States that `start_after` has come to, by what leads there; a few MB of them.
-_KNOWN: dict[bytes, NDArray[np.float64]] = {}
-_MOST_KNOWN = 20_000
+KNOWN: dict[bytes, NDArray[np.float64]] = {}
+"""States that `start_after` has come to, by what leads there."""
+
+MOST_KNOWN = 20_000  # a few MB
 
 
 class Lines:
@@ -68,13 +69,13 @@ def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.flo
     are none. The states along a line are remembered: it is computed once for all of its points.
     """
     state, keys = np.full(len(final_columns(options.physics)), np.nan), _keys(points, options)
-    known = max((n for n, key in enumerate(keys, start=1) if key in _KNOWN), default=0)
-    state = _KNOWN[keys[known - 1]] if known else state
-    if len(_KNOWN) > _MOST_KNOWN:
-        _KNOWN.clear()
+    known = max((n for n, key in enumerate(keys, start=1) if key in KNOWN), default=0)
+    state = KNOWN[keys[known - 1]] if known else state
+    if len(KNOWN) > MOST_KNOWN:
+        KNOWN.clear()
     followed = _followed(points[None, known:], options, state[None])
     for key, (_, states) in zip(keys[known:], followed, strict=True):
-        state = _KNOWN[key] = states[0]
+        state = KNOWN[key] = states[0]
     return state
 
 
@@ -88,7 +89,7 @@ def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> N
         along = [states for _, states in _followed(np.stack(filled), options)]
         for number, line in enumerate(some):
             for key, states in zip(_keys(line, options), along, strict=False):
-                _KNOWN[key] = states[number]
+                KNOWN[key] = states[number]
 
 
 def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:

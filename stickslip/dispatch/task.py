@@ -81,7 +81,7 @@ def compute_block(task: Task) -> Block:
     messages: list[str] = []
     begun = time.monotonic()
     try:
-        results = _results(task.points, task)
+        results = computed_results(task.points, task)
     except Exception:  # a point must not take the others with it
         log.debug("a block failed; its points are computed one by one", exc_info=True)
         parts = np.split(task.points, len(task.points) // task.line)
@@ -155,7 +155,7 @@ def _is_tuple_of(kind: type, values: object) -> bool:
     return type(values) is tuple and all(type(value) is kind for value in values)
 
 
-def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
+def computed_results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
     """Compute the result rows (n, columns) of some of the points of a task, whole lines of them."""
     if task.line > 1:
         return follow(points, task.line, task.options)
@@ -167,7 +167,7 @@ def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
 def _alone(points: NDArray[np.float64], task: Task, messages: list[str]) -> NDArray[np.float64]:
     """Compute the result rows of one point, or of one line, that may raise."""
     try:
-        return _results(points, task)
+        return computed_results(points, task)
     except Exception as error:  # recorded as the point's status
         what = "point" if task.line == 1 else "the line from point"
         messages.append(f"the computation of {what} {points[0].tolist()} failed: {error!r}")

@@ -22,7 +22,7 @@ Tasks = Iterator[Task]
 Finished = queue.SimpleQueue[Future[Block]]
 InFlight = dict[Future[Block], Task]
 
-_SILENCE_SECONDS = 5.0  # without a finished block, until the executor is asked for the reason
+SILENCE_SECONDS = 5.0  # without a finished block, until the executor is asked for the reason
 _LOOK_SECONDS = 0.5  # a signal that arrives just before a wait begins is heard after it
 
 
@@ -130,7 +130,7 @@ class Executor(Workers):
                 return None
             if stop.is_over:
                 return None
-            if time.monotonic() - since < _SILENCE_SECONDS:
+            if time.monotonic() - since < SILENCE_SECONDS:
                 continue
             if self.is_deserted() and stop.requested:
                 return None

@@ -51,7 +51,7 @@ def merge(
     outputs = Outputs([output], request, overwrite=overwrite, inputs=inputs, compares=True)
     with outputs.held():
         sources = [_source(path) for path in inputs]
-        target = _common_target(sources, inputs[0])
+        target = common_target(sources, inputs[0])
         if not outputs.finished:
             _write(target, sources, outputs, partial=partial)
         return Outcome(output, **vars(contents(output, target.chunks)), complete=outputs.complete)
@@ -94,7 +94,7 @@ def _source(path: Path) -> ExistingPoints:
         raise type(error)(str(error).replace(f"; {WAYS_OUT}", "")) from error
 
 
-def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
+def common_target(sources: list[ExistingPoints], first: Path) -> Target:
     """Return what all sources are results of; raises RefusalError if that is not one thing."""
     target = Target.of(sources[0].config)
     if target.config.refine is not None:

@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 _FRAMES_PER_SECOND = 4.0  # so that elapsed seconds are not skipped
 
-# A log gets a line so often, and ever fewer while nothing is done: down to one a minute.
-_SECONDS_BETWEEN_LINES = 5.0
+SECONDS_BETWEEN_LINES = 5.0
+"""So often a log gets a line; while nothing is done ever fewer, down to one a minute."""
 _MOST_LINES_LEFT_OUT = 12
 
 # Compiled code is loaded in less, and nothing flashes.
-_MOMENT = 1.5  # seconds
+MOMENT = 1.5  # seconds
 
 _GONE_SECONDS = 1.0  # a terminal that blocks is not waited for
-_SOON = 5.0  # seconds in flight that are not worth a word
+SOON = 5.0  # seconds in flight that are not worth a word
 
 
 class Scene(Protocol):
@@ -102,7 +102,7 @@ class _InLog(Display):
         if self._scene.goal is None:  # nothing else says what goes on
             self._say()
         done, left_out, patience = self._scene.done, 0, 0
-        while not self._over.wait(_SECONDS_BETWEEN_LINES):
+        while not self._over.wait(SECONDS_BETWEEN_LINES):
             if self._scene.done != done:
                 done, patience = self._scene.done, 0
             elif left_out < patience:
@@ -212,7 +212,7 @@ class Compiling:
     def __init__(self, *, wanted: bool = True) -> None:
         self._wanted = wanted
         self._display = display_of(self, wanted=wanted)
-        self._soon = threading.Timer(_MOMENT, self._display.start)
+        self._soon = threading.Timer(MOMENT, self._display.start)
         self._soon.daemon = True
         self._begun = 0.0
 
@@ -350,7 +350,7 @@ def in_flight_text(in_flight: InFlight) -> str:
     if not ages:
         return ""
     count, oldest = sum(points for points, _ in ages), ages[0][1]
-    waited = f", the oldest for {clock(oldest)}" if oldest >= _SOON else ""
+    waited = f", the oldest for {clock(oldest)}" if oldest >= SOON else ""
     return f"{counted(count, 'point')} in flight{waited}"
 
 

@@ -232,7 +232,7 @@ def require_room(folder: RunFolder, left: int, total: int) -> None:
 def _require_memory(target: Target) -> None:
     """Raise StorageError where the grid alone takes more memory than the machine has."""
     each = _REFINED if target.config.refine else _FOLLOWED if target.grid.followed else _HELD
-    needed, there = each * target.grid.size, _memory()
+    needed, there = each * target.grid.size, free_memory()
     if needed > there:
         raise StorageError(
             f"a sweep of {counted(target.grid.size, 'point')} takes {size_text(needed)} of memory, "
@@ -241,7 +241,7 @@ def _require_memory(target: Target) -> None:
         )
 
 
-def _memory() -> float:
+def free_memory() -> float:
     """Return the bytes of memory of this machine; infinity if they are unknown."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))

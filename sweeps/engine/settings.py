@@ -24,8 +24,8 @@ from sweeps.human import counted
 SOURCE = "the config of this result"
 _AXES = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
 
-# Enough points to look at, at once, for a stable one.
-_CHUNK = 100_000
+CHUNK = 100_000
+"""Points to look at together, for a stable one."""
 
 
 def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Config:
@@ -98,7 +98,7 @@ def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
     if not _has_fixed_step(config) or any(changed_law(config)):
         return
     grid, largest = Grid.from_config(config), 0.0
-    for start in range(0, grid.size, _CHUNK):
+    for start in range(0, grid.size, CHUNK):
         largest = max(largest, float(_largest_steps(config, grid, start).max()))
         if config.integrator.dt <= largest:
             return
@@ -133,6 +133,6 @@ def _has_fixed_step(config: Config) -> bool:
 
 def _largest_steps(config: Config, grid: Grid, start: int) -> NDArray[np.float64]:
     """Return the largest stable step [s] of each point of the chunk that begins with `start`."""
-    points = grid.points(start, min(start + _CHUNK, grid.size))
+    points = grid.points(start, min(start + CHUNK, grid.size))
     kernels = METHODS[config.integrator.method].kernels
     return np.asarray(kernels.largest_step(points, options_of(config)))

@@ -333,7 +333,7 @@ class Recorder:
     def _record(self, blocks: Iterator[Block]) -> None:
         try:
             for number, block in enumerate(blocks, start=1):
-                self._take_in(block)
+                self.take_in(block)
                 if number == 1:
                     self._stop_if_all_fail(block)
             with self._journaling():
@@ -344,7 +344,8 @@ class Recorder:
                 pass
             raise
 
-    def _take_in(self, block: Block) -> None:
+    def take_in(self, block: Block) -> None:
+        """Write what a block has computed to the journal, and pass on its messages."""
         with self._journaling():
             self._note_processor(block.processor)
             self.journal.append(block.indices, block.results)

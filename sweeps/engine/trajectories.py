@@ -68,7 +68,7 @@ def trajectory(
     if config.sweep or config.cases:
         raise AxisLeftError(config)
     with compiling:
-        _compile_kernels(config)
+        compile_trajectory_kernels(config)
     title = config.title or "Trajectory"
     simulated = _simulated(config, config.parameters(), start)
     return add_provenance(simulated, config, title, _SUMMARY)
@@ -86,7 +86,7 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     grid = Grid.from_config(config)
     (axis,) = grid.dims
     with compiling:
-        _compile_kernels(config)
+        compile_trajectory_kernels(config)
     runs = [
         _simulated(config, Parameters(*point)).reset_index(TIME).rename_dims({TIME: "sample"})
         for point in grid.points(0, grid.size)
@@ -120,7 +120,7 @@ def pull_summary(ds: xr.Dataset) -> Iterator[str]:
             yield f"it still changes, by {change:.2g} N in the last tenth: take a longer duration"
 
 
-def _compile_kernels(config: Config) -> None:
+def compile_trajectory_kernels(config: Config) -> None:
     """Compile or load what `simulate` needs: a trajectory of no steps calls the same kernels."""
     if config.simulation.drive:
         _simulated(config.model_copy(update={"simulation": _MOMENT}), config.parameters())

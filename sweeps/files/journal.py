@@ -49,8 +49,8 @@ _AT_ONCE, _GAP = 1 << 11, 256
 
 _COPIED = 1 << 20  # bytes at a time
 
-# A power cut costs what was finished since the last flush; a killed process costs nothing.
-_SECONDS_BETWEEN_FLUSHES = 0.5
+SECONDS_BETWEEN_FLUSHES = 0.5
+"""A power cut costs what was finished since the last flush; a killed process costs nothing."""
 
 _OLDER = b"\x9fslip\r\n\n"  # begins the journals of versions that kept them otherwise
 
@@ -157,7 +157,7 @@ class Journal:
         if interpolated.any():
             self._interpolated = indices[interpolated], rows[interpolated]
             self._count_in(*self._interpolated)
-        if time.monotonic() - self._flushed >= _SECONDS_BETWEEN_FLUSHES:
+        if time.monotonic() - self._flushed >= SECONDS_BETWEEN_FLUSHES:
             self.flush()
 
     def forget(self, points: NDArray[np.bool_]) -> None:

@@ -26,15 +26,18 @@ from sweeps.measurements import Floats
 WALKERS = 128
 """At least so many; for more than 16 free parameters, 8 for each."""
 
+MOST_STEPS = 3000
+LONG = 40.0
+"""Autocorrelation times that the steps must last of which draws are kept."""
+
 _CHECKED = 50  # steps from one look at the convergence to the next
-_MOST = 3000  # steps
 _FORGOTTEN = 1 / 3  # of all steps: they lead from the start to where the probability lies
-_LONG = 40.0  # autocorrelation times that the others must last
 _WINDOW = 5.0  # autocorrelation times over which correlations are summed
 _ALIKE = 1.1  # R-hat, below which walkers agree with each other
 _RARE = 0.02  # part of the draws that a basin needs to be looked at
-# Parts of the moves: vectors as they are lead from one basin to another.
-_SHORTENED, _WHOLE, _SNOOKER = 0.7, 0.1, 0.2
+_SHORTENED, _SNOOKER = 0.7, 0.2  # parts of the moves
+WHOLE = 0.1
+"""The part of the moves by vectors as they are, which lead from one basin to another."""
 LARGEST_LOST = 0.01
 """Part of the trials that may lack a value which could have made them probable."""
 _PROBABLE = -20.0  # a trial below this, relative to the minimum, would have been rejected anyway
@@ -129,7 +132,7 @@ def posterior_of(
         vectorize=True,
         moves=[
             (moves.DEMove(), _SHORTENED),
-            (moves.DEMove(gamma0=1.0), _WHOLE),
+            (moves.DEMove(gamma0=1.0), WHOLE),
             (moves.DESnookerMove(), _SNOOKER),
         ],
         blobs_dtype=np.int64,
@@ -145,7 +148,7 @@ def posterior_of(
                 f"most {LARGEST_LOST:.0%}): no orbit was found, and what is drawn would be biased "
                 "against them; give narrower ranges, or leave out data that no orbit describes"
             )
-        if found.settled or sampler.iteration >= _MOST:
+        if found.settled or sampler.iteration >= MOST_STEPS:
             return found
 
 
@@ -181,7 +184,7 @@ def _posterior(sampler: Any, target: _Target, priors: str) -> Posterior:
     agreement = max(map(_r_hat, observed))
     correlated = times[: places.shape[-1]]
     longest = float(times.max())
-    thinning = max(1, int(min(longest, _MOST) / 2.0))
+    thinning = max(1, int(min(longest, MOST_STEPS) / 2.0))
     return Posterior(
         np.swapaxes(places[::thinning], 0, 1),
         sampler.get_log_prob(discard=first)[::thinning].T,
@@ -189,7 +192,7 @@ def _posterior(sampler: Any, target: _Target, priors: str) -> Posterior:
         thinning,
         correlated,
         agreement,
-        bool(steps >= _LONG * longest and agreement < _ALIKE),
+        bool(steps >= LONG * longest and agreement < _ALIKE),
         target.lost / max(target.computed, 1),
         priors,
     )

@@ -31,7 +31,7 @@ from sweeps.points import periods_of
 if TYPE_CHECKING:
     import xarray as xr
 
-_TABS = 1000  # the longest silent ones are forgotten
+MOST_TABS = 1000  # the longest silent ones are forgotten
 _SAMPLES = 2000  # of a drive period
 _MOST_SAMPLES = 8000  # of all periods: more than a picture has pixels
 
@@ -84,7 +84,7 @@ class Turns:
 
         with self._changed:
             self._latest[tab] = max(number, self._latest.pop(tab, number))  # at the end now
-            if len(self._latest) > _TABS:
+            if len(self._latest) > MOST_TABS:
                 del self._latest[next(iter(self._latest))]
             self._waiting.append(check)
             self._changed.notify_all()  # earlier requests of the tab are void

@@ -38,7 +38,7 @@ def test_a_posterior_is_drawn_kept_and_opened(
 ) -> None:
     pytest.importorskip("emcee")
     monkeypatch.setattr(posterior, "WALKERS", 16)
-    monkeypatch.setattr(posterior, "_LONG", 10.0)
+    monkeypatch.setattr(posterior, "LONG", 10.0)
     Path("d.csv").write_text(table)
     options = ("--free", "k=1e4:2e5", "-o", "fit.nc", "--prior", "k={lognormal: [7e4, 0.02]}")
     done = command("fit", "d.csv", *options, "--set", "integrator.rtol=1e-4")

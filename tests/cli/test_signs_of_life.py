@@ -19,9 +19,9 @@ from pathlib import Path
 from sweeps.engine import computing, plan, progress, trajectories
 from stickslip.dispatch import threads
 from sweeps.cli import main
-progress._SOON = 0.1
-progress._MOMENT = 0.0
-progress._SECONDS_BETWEEN_LINES = 0.1
+progress.SOON = 0.1
+progress.MOMENT = 0.0
+progress.SECONDS_BETWEEN_LINES = 0.1
 def waiting_for_gate(function):
     def waiting(*arguments):
         while not Path("gate").exists():
@@ -31,13 +31,14 @@ def waiting_for_gate(function):
 """
 SLOW_BLOCKS = HASTY + (
     "threads.compute_block = waiting_for_gate(threads.compute_block)\n"
-    "progress._MOMENT = 1000.0\n"
+    "progress.MOMENT = 1000.0\n"
     "main()\n"
 )
 SLOW_COMPILER = HASTY + (
     "computing.compile_kernels = waiting_for_gate(computing.compile_kernels)\n"
     "plan.compile_kernels = waiting_for_gate(plan.compile_kernels)\n"
-    "trajectories._compile_kernels = waiting_for_gate(trajectories._compile_kernels)\n"
+    "begin = trajectories.compile_trajectory_kernels\n"
+    "trajectories.compile_trajectory_kernels = waiting_for_gate(begin)\n"
     "main()\n"
 )
 

@@ -39,7 +39,7 @@ def test_kernels_that_are_missing_are_compiled_in_processes_meanwhile(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0, 1])
-    monkeypatch.setattr(kernels, "_cores", lambda: 2)
+    monkeypatch.setattr(kernels, "usable_cores", lambda: 2)
     compile_kernels(DEFAULTS, GRID)
     assert prepared == [[], FLUIDS]
 
@@ -49,8 +49,8 @@ def test_one_core_or_nothing_to_do_needs_no_process(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch, cores: int
 ) -> None:
     monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0][: 2 - cores])
-    monkeypatch.setattr(kernels, "_cores", lambda: cores)
-    monkeypatch.setattr(kernels, "_elsewhere", None)
+    monkeypatch.setattr(kernels, "usable_cores", lambda: cores)
+    monkeypatch.setattr(kernels, "compiled_elsewhere", None)
     compile_kernels(DEFAULTS, GRID)
     assert prepared == [FLUIDS]
 
@@ -63,7 +63,7 @@ def test_what_fails_is_made_afterwards(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0])
-    monkeypatch.setattr(kernels, "_cores", lambda: 2)
+    monkeypatch.setattr(kernels, "usable_cores", lambda: 2)
     monkeypatch.setattr(kernels, "compile_one", _fail)
     compile_kernels(DEFAULTS, GRID)
     assert prepared == [[], FLUIDS]
@@ -76,9 +76,9 @@ def test_what_no_process_has_come_to_is_made_here(monkeypatch: pytest.MonkeyPatc
     submitted = iter(futures)
     pool = SimpleNamespace(submit=lambda _: next(submitted), shutdown=lambda **_: None)
     monkeypatch.setattr(kernels, "process_pool", lambda _: pool)
-    monkeypatch.setattr(kernels, "_cores", lambda: 2)
+    monkeypatch.setattr(kernels, "usable_cores", lambda: 2)
     made: list[int] = []
-    with kernels._elsewhere([partial(made.append, number) for number in range(3)]):
+    with kernels.compiled_elsewhere([partial(made.append, number) for number in range(3)]):
         futures[1].set_result(None)
     assert made == [2]
 

@@ -62,7 +62,7 @@ def test_the_states_of_a_line_are_computed_once(monkeypatch: pytest.MonkeyPatch)
         counted.append(len(some))
         return compute_orbits(some, *rest)
 
-    monkeypatch.setattr(following, "_KNOWN", {})
+    monkeypatch.setattr(following, "KNOWN", {})
     monkeypatch.setattr(following, "compute_orbits", counting)
     for number, computed in ((2, 2), (4, 4), (3, 4), (4, 4)):
         np.testing.assert_array_equal(start_after(points[:number], options), states[number - 1])
@@ -75,11 +75,11 @@ def test_the_states_of_a_line_are_computed_once(monkeypatch: pytest.MonkeyPatch)
 
 def test_the_memory_of_states_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
     options = Options(rtol=1e-4, stationary_rtol=1e-4)
-    monkeypatch.setattr(following, "_KNOWN", {})
-    monkeypatch.setattr(following, "_MOST_KNOWN", 2)
+    monkeypatch.setattr(following, "KNOWN", {})
+    monkeypatch.setattr(following, "MOST_KNOWN", 2)
     for temperature in (200.0, 210.0, 220.0, 230.0):
         start_after(np.array([Parameters(temperature=temperature)]), options)
-    assert len(following._KNOWN) <= 3
+    assert len(following.KNOWN) <= 3
 
 
 def test_the_film_remembers_the_way_that_it_came() -> None:

@@ -195,7 +195,7 @@ def test_the_orbits_for_other_codes(run_page: Page) -> None:
 
 @pytest.mark.slow
 def test_a_friction_law(run_page: Page, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(laws, "_registered", {})
+    monkeypatch.setattr(laws, "REGISTERED", {})
     monkeypatch.syspath_prepend("")
     orbit = run_page("friction-law")["orbit"]
     # Stiff springs hold the block, so the liquid film shears at the speed of the drive.

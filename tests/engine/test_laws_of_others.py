@@ -43,7 +43,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     here.mkdir()
     (here / "a.yaml").write_text(CONFIG)
     monkeypatch.chdir(here)
-    monkeypatch.setattr(laws, "_registered", {})
+    monkeypatch.setattr(laws, "REGISTERED", {})
     laws._installed.cache_clear()
     return here
 
@@ -234,11 +234,11 @@ def test_a_law_of_this_process_is_computed_by_threads_and_by_nobody_else() -> No
     )
     # Each is computed again with its own law, whichever has the name now.
     assert once.stickslip.at().differences() == other.stickslip.at().differences() == {}
-    laws._registered.clear()
+    laws.REGISTERED.clear()
     register_law(law_in_python(1.5))
     with pytest.raises(ConfigError, match="may give other numbers"):
         once.stickslip.at().orbit()
-    laws._registered.clear()
+    laws.REGISTERED.clear()
     with pytest.raises(ConfigError, match="is missing; register the same law first"):
         once.stickslip.at().orbit()
 

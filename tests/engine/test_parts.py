@@ -108,7 +108,7 @@ class CrashError(Exception):
 
 def crash(patch: pytest.MonkeyPatch, after: int, *args: Any, **options: Any) -> None:
     """Compute a sweep that ends suddenly after so many blocks."""
-    take_in, blocks = Recorder._take_in, []
+    take_in, blocks = Recorder.take_in, []
 
     def end(self: Recorder, block: Block) -> None:
         take_in(self, block)
@@ -116,7 +116,7 @@ def crash(patch: pytest.MonkeyPatch, after: int, *args: Any, **options: Any) -> 
         if len(blocks) == after:
             raise CrashError
 
-    patch.setattr(Recorder, "_take_in", end)
+    patch.setattr(Recorder, "take_in", end)
     with pytest.raises(CrashError):
         computed(*args, **options)
 
@@ -338,14 +338,14 @@ def test_a_sweep_cannot_begin_while_its_output_is_merged(
     output = tmp_path / "m.nc"
     from sweeps.engine import merge as module
 
-    common = module._common_target
+    common = module.common_target
 
     def disturbed(*args: Any) -> Any:
         with pytest.raises(InUseError, match="is being written by another run"):
             computed(from_mapping(MAP), output)
         return common(*args)
 
-    monkeypatch.setattr(module, "_common_target", disturbed)
+    monkeypatch.setattr(module, "common_target", disturbed)
     merge([first, second], output)
     assert computed(from_mapping(MAP), output).computed == 0
 

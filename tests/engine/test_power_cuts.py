@@ -37,7 +37,7 @@ def put(found: dict[str, tuple[bytes, int]]) -> None:
 def test_a_power_cut_costs_what_was_not_flushed(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, points: int, seconds: float
 ) -> None:
-    monkeypatch.setattr(journal, "_SECONDS_BETWEEN_FLUSHES", seconds)
+    monkeypatch.setattr(journal, "SECONDS_BETWEEN_FLUSHES", seconds)
     grown = f"sweep: {{T: {[200 + 10 * number for number in range(points)]}}}\n"
     expected = hash_at_once(write("a.yaml", grown, LOOSE, ONE_BY_ONE))
     write("old.yaml", "sweep: {T: [200, 230]}\n", LOOSE)

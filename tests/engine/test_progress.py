@@ -84,7 +84,7 @@ def test_where_lines_cannot_be_replaced_there_are_new_ones(
     log.isatty = lambda: terminal is not None
     monkeypatch.setenv("TERM", terminal or "xterm")
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.005)
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.005)
     with display_of(Counts(100, found(ok=9, failed=1))):
         assert log.there.wait(60.0)
     assert all(line.startswith("10/100 points, 1 failed, ") for line in log.getvalue().splitlines())
@@ -95,7 +95,7 @@ def test_where_lines_cannot_be_replaced_there_are_new_ones(
 def test_after_the_end_no_line_comes(monkeypatch: pytest.MonkeyPatch, early: bool) -> None:
     log = Log(1)
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.001)
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.001)
     before = set(threading.enumerate())
     with display_of(Counts(10, found())) as shown:
         (clockwork,) = set(threading.enumerate()) - before
@@ -111,7 +111,7 @@ def test_nothing_where_nothing_is_wanted(
     soon: None, monkeypatch: pytest.MonkeyPatch, stream: type[io.StringIO]
 ) -> None:
     monkeypatch.setattr(sys, "stderr", stream())
-    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.001)
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.001)
     before = threading.active_count()
     with display_of(Counts(10, found()), wanted=False), Compiling(wanted=False):
         assert threading.active_count() == before
@@ -234,7 +234,7 @@ def test_what_cannot_be_written_is_lost(
     terminal_of(monkeypatch)
     gone = Gone(after, is_terminal=is_terminal)
     monkeypatch.setattr(sys, "stderr", gone)
-    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.01)
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.01)
     with display_of(Counts(10, found())):
         assert gone.failed.wait(60.0)
 
@@ -246,12 +246,12 @@ WORD = "compiling for this processor: up to a minute, and kept for later runs"
 
 @pytest.fixture
 def soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress, "_MOMENT", 0.0)
+    monkeypatch.setattr(progress, "MOMENT", 0.0)
 
 
 def test_what_takes_a_moment_is_not_worth_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    monkeypatch.setattr(progress, "_MOMENT", 60.0)
+    monkeypatch.setattr(progress, "MOMENT", 60.0)
     with Compiling():
         pass
     assert terminal.getvalue() == ""
@@ -279,7 +279,7 @@ def test_a_log_gets_the_word_at_once_and_then_ever_fewer_lines(
 ) -> None:
     log = Log(3)
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.01)
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.01)
     with Compiling():
         assert log.there.wait(60.0)
     assert set(log.getvalue().splitlines()) == {f"{WORD} (0:00)"}

@@ -157,7 +157,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     ),
     "no memory": (
         lambda patch: (config("sweep: {T: {linspace: [1, 2], num: 10000}}\n"), A.unlink(),
-                       patch.setattr(resume, "_memory", lambda: 1e5)),
+                       patch.setattr(resume, "free_memory", lambda: 1e5)),
         5,
         "a sweep of 10000 points takes 156.2 KiB of memory, and this machine has 97.7 KiB",
     ),

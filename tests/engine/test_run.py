@@ -64,14 +64,14 @@ def test_existing_results_that_do_not_fit_are_refused_until_it_is_decided(tmp_pa
 @pytest.fixture
 def interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
     """After the first block, a signal."""
-    take_in = Recorder._take_in
+    take_in = Recorder.take_in
 
     def then_signal(self: Recorder, block: Block) -> None:
         take_in(self, block)
         signal.raise_signal(number)
 
     number = signal.SIGINT
-    monkeypatch.setattr(Recorder, "_take_in", then_signal)
+    monkeypatch.setattr(Recorder, "take_in", then_signal)
 
 
 @pytest.mark.usefixtures("interrupted")
@@ -125,7 +125,7 @@ def test_a_config_with_problems_is_refused() -> None:
 def test_progress_in_memory_is_shown_where_it_is_asked_for(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweeps.engine.progress._SECONDS_BETWEEN_LINES", 0.0)
+    monkeypatch.setattr("sweeps.engine.progress.SECONDS_BETWEEN_LINES", 0.0)
     run(ONE_BY_ONE, progress=True)
     assert "/4 points, 0 failed" in capsys.readouterr().err
 

@@ -100,7 +100,7 @@ def test_one_stable_point_is_enough() -> None:
 def test_the_stable_point_is_found_in_any_chunk(
     monkeypatch: pytest.MonkeyPatch, position: int
 ) -> None:
-    monkeypatch.setattr(settings, "_CHUNK", 2)
+    monkeypatch.setattr(settings, "CHUNK", 2)
     temperatures = [150.0, 151.0, 152.0, 153.0]
     temperatures.insert(position, 320.0)
     dt = 0.5 * (limit(temperature=320.0) + limit(temperature=153.0))

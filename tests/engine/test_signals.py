@@ -272,7 +272,7 @@ def test_a_stop_gives_up_what_takes_longer_than_a_while(
 ) -> None:
     monkeypatch.setattr(stopping, "LONGEST_STOP", 0.2)
     write("a.yaml", "sweep: {omega: [10, 11, 12, 13, 14, 15]}\n", LOOSE, more)
-    released, results = threading.Event(), worker._results
+    released, results = threading.Event(), worker.computed_results
 
     def slow(*block: Any) -> np.ndarray:
         os.kill(os.getpid(), signal.SIGTERM)
@@ -280,7 +280,7 @@ def test_a_stop_gives_up_what_takes_longer_than_a_while(
         return results(*block)
 
     with monkeypatch.context() as patch, default_signals():
-        patch.setattr(worker, "_results", slow)
+        patch.setattr(worker, "computed_results", slow)
         code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
     assert code == 4
     assert re.search(r"\n(Stopped: SIGTERM\. 0 of \d+ points are kept in a\.nc\.run)", err)

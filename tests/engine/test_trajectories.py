@@ -109,7 +109,7 @@ def test_all_that_is_compiled_is_compiled_while_that_is_told(tmp_path: Path, met
         "from sweeps.engine import trajectories\n"
         f"config = from_yaml('simulation: {{periods: 1}}\\nintegrator: {method}\\n')\n"
         "kept = lambda: {p.name: p.stat().st_size for p in Path('cache').rglob('*')}\n"
-        "trajectories._compile_kernels(config)\n"
+        "trajectories.compile_trajectory_kernels(config)\n"
         "compiled = kept()\n"
         "trajectories.trajectory(config)\n"
         "assert compiled and kept() == compiled, kept().keys() - compiled.keys()\n"

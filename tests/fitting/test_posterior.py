@@ -125,8 +125,8 @@ def test_basins_have_their_weights() -> None:
 
 
 def test_weights_that_do_not_settle_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(posterior, "_MOST", 200)
-    monkeypatch.setattr(posterior, "_WHOLE", 0.0)
+    monkeypatch.setattr(posterior, "MOST_STEPS", 200)
+    monkeypatch.setattr(posterior, "WHOLE", 0.0)
 
     def apart(u: Floats) -> float:
         return float(min((u[0] + 20.0) ** 2, (u[0] - 20.0) ** 2) + (u[1] - 0.1 * u[0]) ** 2) + 1e-3
@@ -183,7 +183,7 @@ def reference(seed: int, rtol: float, count: int) -> Search:
 def test_quantiles_are_those_of_a_grid_of_chi2(monkeypatch: pytest.MonkeyPatch) -> None:
     """The grid lies along the ridge: k and gamma are correlated by -0.998."""
     # The ends of intervals scatter by 0.04 standard errors after the usual length.
-    monkeypatch.setattr(posterior, "_LONG", 100.0)
+    monkeypatch.setattr(posterior, "LONG", 100.0)
     search = reference(1, 1e-4, 10)
     fit, known = best_of(search)
     found = posterior_of(search, fit, known, {})
@@ -213,7 +213,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(monkeypatch: pytest.Monke
     """Of 30 sets: 68 % intervals hold it in 50 to 85 %, those of 95 % in 87 to 100 %."""
     # Some hundred independent draws: what 30 sets show of a coverage is coarser.
     monkeypatch.setattr(posterior, "WALKERS", 32)
-    monkeypatch.setattr(posterior, "_LONG", 10.0)
+    monkeypatch.setattr(posterior, "LONG", 10.0)
     truth, held = np.array([math.log(7e4), -0.55]), []
     for seed in range(30):
         search = reference(seed, 1e-4, 5)

@@ -14,7 +14,7 @@ class EndError(Exception):
 
 
 def test_a_search_that_lasts_ends_with_what_its_check_raises(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(passes, "_WORK", 10)
+    monkeypatch.setattr(passes, "WORK", 10)
     calls = []
 
     def check() -> None:

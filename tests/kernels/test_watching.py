@@ -23,7 +23,7 @@ POINT = row(elastic_coefficient=0.0)
 @pytest.fixture
 def wandering(monkeypatch: pytest.MonkeyPatch) -> None:
     """The search loses the way after the third period, once."""
-    kernels, calls = settling._kernels, []
+    kernels, calls = settling.kernels_of, []
 
     def kernels_that_lose(family: Family) -> Any:
         start, judge = kernels(family)
@@ -38,7 +38,7 @@ def wandering(monkeypatch: pytest.MonkeyPatch) -> None:
 
         return start, lost
 
-    monkeypatch.setattr(settling, "_kernels", kernels_that_lose)
+    monkeypatch.setattr(settling, "kernels_of", kernels_that_lose)
 
 
 def test_what_attracts_is_searched_on(wandering: None) -> None:

@@ -188,7 +188,7 @@ def test_a_wait_that_cannot_be_announced_keeps_nobody_waiting(tabs: Callable[[in
 
 
 def test_tabs_that_were_not_heard_of_for_long_are_forgotten(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(module, "_TABS", 3)
+    monkeypatch.setattr(module, "MOST_TABS", 3)
     turns = Turns()
     for tab in "abc":
         with turns.take(tab, 5):

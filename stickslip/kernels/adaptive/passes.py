@@ -58,8 +58,8 @@ from stickslip.numerics.rosenbrock import make_step
 from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import Physics
 
-# Attempts of all lanes together in one call of a kernel: about a second, so that Ctrl-C is noticed.
-_WORK = 2_000_000
+WORK = 2_000_000
+"""Attempts of all lanes together in a call of a kernel: about a second, so that Ctrl-C is noticed."""
 
 _reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
@@ -405,10 +405,10 @@ class InLanes:
         None if all have. They are valid until the next call.
         """
         ended, counts = self._lanes.ended, self._lanes.counts
-        left = self._kernel(self._motions, more, self._lanes, self._task, _WORK)
+        left = self._kernel(self._motions, more, self._lanes, self._task, WORK)
         check_interruption()
         while left and not counts[ENDED]:
-            left = self._kernel(self._motions, more[:0], self._lanes, self._task, _WORK)
+            left = self._kernel(self._motions, more[:0], self._lanes, self._task, WORK)
             check_interruption()
         return ended[: counts[ENDED]]
 

@@ -204,7 +204,7 @@ class _Kernels(NamedTuple):
     has ended. It puts those that go on first in `rows`; returns their number and how many began."""
 
 
-def _kernels(family: Family) -> _Kernels:
+def kernels_of(family: Family) -> _Kernels:
     """Return the kernels of a family, the same for every rheological index and kind of noise."""
     return _search_kernels(family._replace(physics=family.physics.typical, gamma=None))
 
@@ -359,7 +359,7 @@ def search_kernels(kinds: np.ndarray, physics: Physics) -> Iterator[FamilyKernel
     task, width = Search(1.0, 1.0, 0, True), model_of(physics).width
     nobody = new_motions(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
     rows, memories = np.empty(0, np.int64), np.empty(0, search.memory_of(width))
-    for start, judge in dict.fromkeys(_kernels(family) for family, _ in families(physics, kinds)):
+    for start, judge in dict.fromkeys(kernels_of(family) for family, _ in families(physics, kinds)):
         yield FamilyKernel(start, partial(start, nobody, rows, rows, memories, task))
         yield FamilyKernel(judge, partial(judge, nobody, rows, rows, rows, memories, task))
 
@@ -377,7 +377,7 @@ def settle(march: March, rows: np.ndarray, task: Search) -> None:
 
 def _settle(march: March, rows: np.ndarray, task: Search, family: Family) -> None:
     """Settle rows (m,) of one family; a search that ends leaves its memory to the next point."""
-    motions, advance, (start, judge) = march.motions, march.advance(family), _kernels(family)
+    motions, advance, (start, judge) = march.motions, march.advance(family), kernels_of(family)
     memories = np.zeros(min(len(rows), AT_A_TIME), search.memory_of(motions.width))
     places = np.empty(len(motions.points), np.int64)  # among the memories, by row
     first, waiting = rows[: len(memories)], rows[len(memories) :]

@@ -31,8 +31,8 @@ class AddressError(ExpectedError, ExecutorError):
     """An address at which no scheduler will ever answer this process."""
 
 
-_ANSWER_SECONDS = 5.0  # for a scheduler to answer
-_CONNECT_SECONDS = 15.0  # for a client to be ready
+ANSWER_SECONDS = 5.0  # for a scheduler to answer
+CONNECT_SECONDS = 15.0  # for a client to be ready
 _COUNT_SECONDS = 2.0  # between two looks at how many workers there are
 _COMPILE_SECONDS = 300.0  # for another process of the machine to compile the kernels
 
@@ -60,12 +60,12 @@ class ClusterExecutor(Executor):
         try:
             # The client's own limit ends with the connection, which the system of a frozen
             # scheduler accepts; so it is made in a thread that is not waited for.
-            self._client = in_thread(partial(_connected, self._address)).result(_CONNECT_SECONDS)
+            self._client = in_thread(partial(_connected, self._address)).result(CONNECT_SECONDS)
         except AddressError:
             raise
         except Exception as error:
             # A bare TimeoutError is that of the thread.
-            problem = first_line(error) if str(error) else f"no answer in {_CONNECT_SECONDS:g} s"
+            problem = first_line(error) if str(error) else f"no answer in {CONNECT_SECONDS:g} s"
             raise ExecutorError(
                 f"no dask scheduler answers at {self._address} ({problem})"
             ) from error
@@ -74,7 +74,7 @@ class ClusterExecutor(Executor):
 
     def __exit__(self, *exception: object) -> None:
         with contextlib.suppress(Exception):
-            self._client.close(timeout=_ANSWER_SECONDS)
+            self._client.close(timeout=ANSWER_SECONDS)
 
     def most_in_flight(self) -> int:
         """Return two for each thread that the cluster has at present."""
@@ -141,7 +141,7 @@ class ClusterExecutor(Executor):
             self._threads = 0  # for a scheduler that does not answer, too: it may be frozen
             with contextlib.suppress(OSError, TimeoutError):
                 threads = self._client.sync(
-                    self._client.scheduler.ncores, callback_timeout=_ANSWER_SECONDS
+                    self._client.scheduler.ncores, callback_timeout=ANSWER_SECONDS
                 )
                 self._threads = sum(threads.values())
             self.slots = max(self._threads, 1)
@@ -159,7 +159,7 @@ def _connected(address: str) -> Any:
 
     async def reach() -> None:
         try:
-            comm = await connect(address, timeout=_ANSWER_SECONDS, **arguments)
+            comm = await connect(address, timeout=ANSWER_SECONDS, **arguments)
         except Exception as error:
             if address.startswith("inproc:"):
                 raise AddressError(
@@ -170,7 +170,7 @@ def _connected(address: str) -> Any:
         await comm.close()
 
     asyncio.run(reach())  # first, since a client that fails over it cannot be closed
-    return Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
+    return Client(address, timeout=ANSWER_SECONDS, set_as_default=False)
 
 
 def _certified(address: str) -> dict[str, Any]:

@@ -201,7 +201,7 @@ def test_what_is_finished_survives_the_death_of_the_scheduler(
 def test_a_scheduler_that_is_frozen_from_the_start_is_not_waited_for(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweeps.engine.executors.dask._CONNECT_SECONDS", 1.0)
+    monkeypatch.setattr("sweeps.engine.executors.dask.CONNECT_SECONDS", 1.0)
     scheduler = cluster.processes[0]
     scheduler.send_signal(signal.SIGSTOP)  # its system still accepts connections
     try:

@@ -111,7 +111,7 @@ def doing(function: str) -> str:
     return f"processes.compute_block = dask.compute_on_cluster = workers.{function}"
 
 
-IMPATIENT = "dask._ANSWER_SECONDS = base._SILENCE_SECONDS = 1.0"
+IMPATIENT = "dask.ANSWER_SECONDS = base.SILENCE_SECONDS = 1.0"
 
 
 def ended(process: Running) -> tuple[int, str]:
