@@ -59,7 +59,7 @@ from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import Physics
 
 WORK = 2_000_000
-"""Attempts of all lanes together in a call of a kernel: about a second, so that Ctrl-C is noticed."""
+"""Attempts of all lanes together in a kernel call: about a second, so that Ctrl-C is noticed."""
 
 _reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
