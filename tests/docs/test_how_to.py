@@ -14,6 +14,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import xarray as xr
 
 from stickslip import laws
 from sweeps.cli.app import main
@@ -220,6 +221,10 @@ def test_a_fit(run_page: Page) -> None:
     assert float(jump.parameter_value[0]) == pytest.approx(5e4, rel=0.05)
     assert Path("forces-fit.png").is_file()
     assert Path("forces-fit.yaml").is_file()
+    predicted = xr.open_dataset("predicted.nc")
+    assert predicted.sizes == {"temperature": 61, "case": 64}
+    assert (predicted.status == 0).all()
+    assert Path("predicted.png").is_file()
 
 
 @pytest.mark.stress
