@@ -24,7 +24,7 @@ from stickslip.variables import PARAMETERS
 from sweeps import fit
 from sweeps.config.load import from_mapping
 from sweeps.fitting.fitting import model_of
-from sweeps.fitting.refinement import PATIENCE
+from sweeps.fitting.minima import PATIENCE
 from sweeps.measurements import read_data
 
 SETS, QUARTERS, FEW = 200, 4, 2

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.compiled.cache import is_kept
 from stickslip.kernels.families import FamilyKernel
-from stickslip.kernels.points import final_columns
+from stickslip.kernels.parameter_rows import final_columns
 from stickslip.measure.results import STATUS
 from stickslip.options import (
     DEFAULTS,

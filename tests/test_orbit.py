@@ -14,7 +14,7 @@ from stickslip.kernels.adaptive.passes import pass_kernel
 from stickslip.kernels.adaptive.rows import row_kernels
 from stickslip.kernels.families import Family
 from stickslip.kernels.orbits.conversion import conversion_of
-from stickslip.kernels.points import final_columns
+from stickslip.kernels.parameter_rows import final_columns
 from stickslip.numerics.spectrum import spectral_radii
 from stickslip.options import DEFAULTS, METHODS
 from stickslip.orbit import Orbit, compute_orbits, failed_row, prepared_points, stationary_orbit

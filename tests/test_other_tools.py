@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from sweeps import run
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 
 pytestmark = pytest.mark.stress  # they import half of the ecosystem
 

@@ -13,7 +13,7 @@ import xarray as xr
 from stickslip import IntegrationError, Status
 from stickslip.variables import STROBOSCOPIC
 from sweeps import run
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.points import PointError, point_of
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}

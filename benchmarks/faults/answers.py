@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from faults.arena import CONFIG, Tally
-from stickslip.dispatch import threads
+from stickslip.dispatch import thread_pool
 from stickslip.dispatch.errors import ExecutorError
 from stickslip.dispatch.task import Block, Task
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_yaml
 from sweeps.engine.run import run as run_sweep
-from sweeps.files.datasets import content_hash
+from sweeps.files.netcdf import content_hash
 
 _VALUES = (np.nan, np.inf, -np.inf, -1.0, 1e300, -1e300, 99.5)
 
@@ -33,9 +33,9 @@ _COLUMNS = [i for i, name in enumerate(RESULT_COLUMNS) if name not in _FREE]
 def threads_lie(quick: bool) -> Tally:
     """Damage a block of a sweep in memory, which then is right, or ends with an error."""
     rng, tally, config = random.Random(7), Tally(), from_yaml(CONFIG)
-    expected, whole = content_hash(run_sweep(config)), threads.compute_block
+    expected, whole = content_hash(run_sweep(config)), thread_pool.compute_block
     for _ in range(5 if quick else 200):
-        threads.compute_block = _liar(whole, rng, every=rng.choice([1, 3, 12]))
+        thread_pool.compute_block = _liar(whole, rng, every=rng.choice([1, 3, 12]))
         try:
             sound = content_hash(run_sweep(config)) == expected
             tally.count("survived" if sound else "wrong", "another result")
@@ -44,7 +44,7 @@ def threads_lie(quick: bool) -> Tally:
         except Exception as error:  # noqa: BLE001 - what should not be is counted
             tally.count("wrong", repr(error))
         finally:
-            threads.compute_block = whole
+            thread_pool.compute_block = whole
     return tally
 
 

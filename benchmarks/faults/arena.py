@@ -27,8 +27,8 @@ from typing import Any, NamedTuple
 
 from sweeps.engine.existing import found_in_journal
 from sweeps.engine.run import run
-from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.journal import readable_manifest
+from sweeps.files.netcdf import content_hash, open_result
 from sweeps.files.run_folder import RunFolder
 
 PATIENCE = 90.0

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from faults.arena import CONFIG, Tally, armed, begin, ended, undisturbed
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 
 _QUIET = "--no-progress"
 # Of a block with k = 7e4 Pa s^(1+gamma), within a percent.

@@ -7,9 +7,9 @@ from shared.points import Orbits
 
 from inside import PHYSICS, WIDTH, amplitudes_of
 from stickslip.kernels.euler_cromer.lanes import March
+from stickslip.kernels.parameter_rows import parameters_of, write_results
 from stickslip.kernels.plain_iteration.march import write_starts, write_steps
 from stickslip.kernels.plain_iteration.orbits import write_errors
-from stickslip.kernels.points import parameters_of, write_results
 from stickslip.measure.results import Measured, relative_difference
 from stickslip.variables import RESULT_COLUMNS
 

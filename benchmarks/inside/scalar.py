@@ -11,7 +11,7 @@ import numpy as np
 from inside import PHYSICS, WIDTH, amplitudes_of
 from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.fields import make_map
-from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import problem_functions, problem_of
 from stickslip.kernels.trajectories import start_kernel, write_trajectory
 from stickslip.measure.accumulate import (

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled.decorators import kernel, kernel_making_arrays
-from stickslip.kernels.points import parameters_of
+from stickslip.kernels.parameter_rows import parameters_of
 from stickslip.model.models import model_of
 from stickslip.options import DEFAULTS
 

@@ -15,7 +15,7 @@ from numba import njit
 
 from peers.scaled import EQUATIONS, FLAGS
 from peers.solvers import MOST_STEPS, PeerFailed, right_hand_side
-from stickslip.kernels.points import parameters_of
+from stickslip.kernels.parameter_rows import parameters_of
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters

@@ -12,7 +12,7 @@ from stickslip.dispatch.children import children_started
 from stickslip.dispatch.errors import WorkersLostError
 from stickslip.dispatch.stop import Stop
 from stickslip.dispatch.task import Block, compute_block
-from stickslip.dispatch.threads import ThreadExecutor
+from stickslip.dispatch.thread_pool import ThreadExecutor
 from stickslip.dispatch.workers import Tasks, Workers, first_line
 
 

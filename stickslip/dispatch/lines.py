@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels.points import final_columns
+from stickslip.kernels.parameter_rows import final_columns
 from stickslip.keys import keys_of_lines, secret_of
 from stickslip.measure.results import STATUS
 from stickslip.options import Options

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
-from stickslip.kernels.points import parameters_of
+from stickslip.kernels.parameter_rows import parameters_of
 from stickslip.model import block, drive, film, friction, solids
 from stickslip.model.laws import friction_law
 from stickslip.options import DEFAULTS

@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.compiled.decorators import jit, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.families import physics_at
-from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
 from stickslip.kernels.streams import PERIOD, STREAM
 from stickslip.model import drive
 from stickslip.model.models import model_of

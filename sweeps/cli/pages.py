@@ -79,7 +79,7 @@ def explore(
 def _subject(target: Path | None, at: Sequence[str], boundaries: Path | None) -> Subject:
     """Return the initial content of the page; raises the errors of opening the files."""
     from sweeps.charts.choice import slice_at
-    from sweeps.files.datasets import open_result
+    from sweeps.files.netcdf import open_result
     from sweeps.page import subject
     from sweeps.points import PointError
 
@@ -142,7 +142,7 @@ def report(
     """
     from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
-    from sweeps.files.datasets import open_result
+    from sweeps.files.netcdf import open_result
     from sweeps.files.outputs import Outputs
     from sweeps.page import is_page_of_ours, require_bokeh
     from sweeps.page.document import page_of  # Bokeh takes long to import

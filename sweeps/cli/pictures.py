@@ -104,7 +104,7 @@ def replay(
     from sweeps.engine.progress import Compiling
     from sweeps.figures import draw
     from sweeps.figures.save import pictures_of, rendered
-    from sweeps.files.datasets import open_result, readable
+    from sweeps.files.netcdf import open_result, readable
     from sweeps.files.outputs import Outputs
     from sweeps.points import point_of
 
@@ -138,7 +138,7 @@ def _is_of_replay(path: Path) -> bool:
     """Tell whether a file is a replay, or the picture of one, which a later one replaces."""
     from sweeps.exits import ExpectedError
     from sweeps.figures.save import is_picture_of_ours
-    from sweeps.files.datasets import open_result
+    from sweeps.files.netcdf import open_result
 
     if path.suffix != ".nc":
         return is_picture_of_ours(path)
@@ -237,7 +237,7 @@ def plot(
     """
     from sweeps.figures import PlotOptions
     from sweeps.figures.look import Look, range_of, size_of
-    from sweeps.files.datasets import open_result
+    from sweeps.files.netcdf import open_result
     from sweeps.measurements import read_data
 
     borders = None if boundaries is None else open_result(boundaries)
@@ -314,7 +314,7 @@ def _swept_figure(
     """Compute and draw a figure of a sweep, which keeps its own files."""
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
-    from sweeps.files.datasets import open_result
+    from sweeps.files.netcdf import open_result
 
     outputs = _pictures(target, overwrite=overwrite)
     with outputs.held():

@@ -51,8 +51,8 @@ def boundary(
     from sweeps.charts.choice import places_at
     from sweeps.cli.summaries import print_borders
     from sweeps.engine.signals import interruptible
-    from sweeps.files.datasets import content_hash, open_result
     from sweeps.files.export import files_of, tables
+    from sweeps.files.netcdf import content_hash, open_result
     from sweeps.files.outputs import Outputs
     from sweeps.points import version_differences
 
@@ -99,8 +99,8 @@ def export(
     TABLE.csv, lists units, meanings and the fixed parameters.
     """
     from sweeps.files.atomic import fingerprint
-    from sweeps.files.datasets import open_result, readable
     from sweeps.files.export import files_of, refuse_other_data, tables
+    from sweeps.files.netcdf import open_result, readable
     from sweeps.files.outputs import Outputs
 
     target = output or file.with_suffix(".csv")
@@ -122,7 +122,7 @@ def info(
 ) -> None:
     """Describe the installation, or a result file."""
     from sweeps.cli.summaries import describe_file, describe_installation
-    from sweeps.files.datasets import content_hash, open_result, readable
+    from sweeps.files.netcdf import content_hash, open_result, readable
 
     if file is None:
         if hash_:
@@ -147,7 +147,7 @@ def cite(
         print(bibtex())
         return
     from sweeps.charts.choice import data_of
-    from sweeps.files.datasets import open_result, readable
+    from sweeps.files.netcdf import open_result, readable
 
     with readable(file), open_result(file, whole=False) as ds:
         print(bibtex(ds.attrs, data_of(ds)))

@@ -19,7 +19,7 @@ from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.cli.shared import say
 from sweeps.files.atomic import replacing
 from sweeps.files.attributes import software
-from sweeps.files.datasets import content_hash
+from sweeps.files.netcdf import content_hash
 from sweeps.human import counted, duration, points_per_time, printable, size_text
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from stickslip.distributions import (
     distribution,
     of_parameter,
 )
-from sweeps.config.axes import Count, Pair
+from sweeps.config.axis_values import Count, Pair
 from sweeps.config.diagnostics import UNREADABLE, Document, quoted
 from sweeps.config.group import Group
 from sweeps.config.numbers import Text, full_name

@@ -37,7 +37,7 @@ from stickslip.options import (
 )
 from stickslip.parameters import Parameters
 from stickslip.variables import BY_SYMBOL, OBSERVABLES, PARAMETERS, canonical_name
-from sweeps.config.axes import Axis
+from sweeps.config.axis_values import Axis
 from sweeps.config.diagnostics import PARAMETER_SECTIONS, quoted
 from sweeps.config.group import Group
 from sweeps.config.numbers import ParameterName, ResultName, Text, finite

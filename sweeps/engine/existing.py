@@ -23,12 +23,11 @@ from sweeps.config.pull import refuse_pull
 from sweeps.engine.settings import config_without_axes
 from sweeps.exits import StorageError
 from sweeps.files.attributes import data_sha256, seal_key
-from sweeps.files.datasets import DAMAGE
 from sweeps.files.journal import Journal
+from sweeps.files.netcdf import DAMAGE
 from sweeps.files.outputs import WAYS_OUT as WAYS_OUT  # handed on
 from sweeps.files.outputs import RefusalError as RefusalError
-from sweeps.files.result_rows import STATUS, Chunks, Rows
-from sweeps.files.results import (
+from sweeps.files.result_chunks import (
     Digests,
     columns_in,
     coordinates_in,
@@ -37,6 +36,7 @@ from sweeps.files.results import (
     read_rows,
     whole_chunks,
 )
+from sweeps.files.result_rows import STATUS, Chunks, Rows
 from sweeps.grid import CASE, DIRECTION, Grid
 from sweeps.human import counted
 from sweeps.identity import PointKeys, Settings, differences, near_duplicates, settings_of

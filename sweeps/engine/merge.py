@@ -25,8 +25,8 @@ from sweeps.exits import StorageError
 from sweeps.files.atomic import fingerprint, storage_errors
 from sweeps.files.journal import Journal
 from sweeps.files.outputs import Outputs
+from sweeps.files.result_chunks import contents
 from sweeps.files.result_rows import Rows
-from sweeps.files.results import contents
 from sweeps.files.run_folder import RunFolder
 
 Indices = NDArray[np.int64]

@@ -28,7 +28,7 @@ from sweeps.engine.signals import Stop
 from sweeps.engine.sweep import sweep
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.attributes import result_dataset
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.files.result_rows import Memory, Rows
 from sweeps.grid import Grid
 from sweeps.human import Messages, printable

@@ -32,7 +32,7 @@ from sweeps.files.atomic import (
     storage_errors,
 )
 from sweeps.files.attributes import command_line
-from sweeps.files.datasets import content_hash, open_result, write_checked
+from sweeps.files.netcdf import content_hash, open_result, write_checked
 from sweeps.files.run_folder import RunFolder
 
 if TYPE_CHECKING:

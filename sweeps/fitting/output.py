@@ -18,8 +18,8 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.run import run_in_memory
 from sweeps.fitting.least_squares import Fit
+from sweeps.fitting.minima import PATIENCE
 from sweeps.fitting.posterior import Posterior
-from sweeps.fitting.refinement import PATIENCE
 from sweeps.fitting.statistics import LEVEL, Determination, Statistics
 from sweeps.human import counted
 from sweeps.measurements import Floats

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sweeps.fitting.least_squares import Fit
-from sweeps.fitting.refinement import Search, population_of
+from sweeps.fitting.minima import Search, population_of
 from sweeps.fitting.statistics import Statistics, log_likelihood
 from sweeps.fitting.trials import Trial
 from sweeps.measurements import Floats

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm, t
 
 from sweeps.fitting.least_squares import Fit, Steps, fit_at, minimum, trial_at
-from sweeps.fitting.refinement import Search
+from sweeps.fitting.minima import Search
 from sweeps.fitting.trials import STEP, Trial
 from sweeps.measurements import Floats
 

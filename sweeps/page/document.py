@@ -26,7 +26,7 @@ from sweeps.charts.axes import axis_of
 from sweeps.charts.chart import border_axes, require_borders_of
 from sweeps.charts.choice import data_of, slice_at
 from sweeps.charts.colours import Colours
-from sweeps.files.datasets import content_hash
+from sweeps.files.netcdf import content_hash
 from sweeps.human import counted, size_text
 from sweeps.page import MOST_ORBITS, MOST_POINTS, ReportError, facts
 from sweeps.page.answers import point_data

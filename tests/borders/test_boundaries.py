@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from stickslip import Parameters, Status, stationary_orbit
-from stickslip.dispatch import threads
+from stickslip.dispatch import thread_pool
 from stickslip.dispatch.task import Block, Task, compute_block
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
@@ -144,7 +144,7 @@ def test_of_a_motion_that_never_closes_the_kind_is_enough(monkeypatch: pytest.Mo
     ds = run(ODD)
     assert (ds.regime == Regime.APERIODIC).any()
     expected = ds.stickslip.boundaries(1e-3)
-    monkeypatch.setattr(threads, "compute_block", watched)
+    monkeypatch.setattr(thread_pool, "compute_block", watched)
     ds.attrs["config"] = ds.attrs["config"].replace("window: 40", "window: 100000")
     found = ds.stickslip.boundaries(1e-3)
     xr.testing.assert_equal(found, expected)

@@ -12,7 +12,7 @@ from support.sweeps.commands import Command
 from support.sweeps.writing import write_dataset
 
 from sweeps import run
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
 AXES = {

@@ -11,7 +11,7 @@ from support.sweeps.commands import Command
 
 from sweeps import run
 from sweeps.citations import METHODS, bibtex
-from sweeps.files.datasets import write_checked
+from sweeps.files.netcdf import write_checked
 
 
 def keys(entries: str) -> list[str]:

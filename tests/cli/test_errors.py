@@ -18,7 +18,7 @@ from support.sweeps.writing import write_dataset
 
 from sweeps.cli import sweeps
 from sweeps.files import atomic
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 
 A_YAML = """\
 sweep: {temperature: [200, 250]}

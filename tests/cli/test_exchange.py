@@ -6,7 +6,7 @@ from pathlib import Path
 
 from support.sweeps.commands import Command, entries
 
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 
 
 def test_an_array_of_jobs_is_the_whole(command: Command) -> None:

@@ -18,7 +18,7 @@ from stickslip.orbit import failed_row
 from stickslip.parameters import Parameters
 from stickslip.points import orbit_rows
 from stickslip.status import Status
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.fitting import posterior, trials
 
 T = [170.0, 200.0, 240.0, 280.0]

@@ -10,7 +10,7 @@ import jsonschema
 import pytest
 from support.sweeps.commands import Command, entries, process
 
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -19,7 +19,7 @@ from sweeps.exits import Exit
 from sweeps.figures import PlotOptions
 from sweeps.figures.amplitudes import draw_results
 from sweeps.figures.save import pictures_of
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 
 
 def test_simulate_computes_what_python_computes(command: Command) -> None:

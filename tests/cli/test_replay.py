@@ -11,7 +11,7 @@ import pytest
 from support.sweeps.commands import Command
 
 from sweeps import run
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 
 CONFIG: dict[str, Any] = {
     "integrator": {"rtol": 1e-4},

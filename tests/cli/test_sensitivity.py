@@ -9,7 +9,7 @@ import pytest
 from support.sweeps.commands import Command
 
 from stickslip import sensitivity_indices
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 
 BOX = """\
 model: {gamma: 0}

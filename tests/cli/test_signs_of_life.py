@@ -17,7 +17,7 @@ HASTY = """\
 import time
 from pathlib import Path
 from sweeps.engine import computing, plan, progress, trajectories
-from stickslip.dispatch import threads
+from stickslip.dispatch import thread_pool
 from sweeps.cli import main
 progress.SOON = 0.1
 progress.MOMENT = 0.0
@@ -30,7 +30,7 @@ def waiting_for_gate(function):
     return waiting
 """
 SLOW_BLOCKS = HASTY + (
-    "threads.compute_block = waiting_for_gate(threads.compute_block)\n"
+    "thread_pool.compute_block = waiting_for_gate(thread_pool.compute_block)\n"
     "progress.MOMENT = 1000.0\n"
     "main()\n"
 )

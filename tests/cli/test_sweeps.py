@@ -10,7 +10,7 @@ import pytest
 from support.sweeps.commands import FOUR_POINTS, Command, entries
 
 from sweeps.engine.run import run
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 
 
 def test_sweep_writes_beside_the_config_s_name_and_says_so(command: Command) -> None:

@@ -11,7 +11,7 @@ import pytest
 from support.package import run_python
 
 from stickslip.compiled import decorators
-from stickslip.kernels.points import parameters_of
+from stickslip.kernels.parameter_rows import parameters_of
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.model import drive
 from stickslip.options import DEFAULTS, Options, Settings

@@ -21,7 +21,7 @@ from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.plan import plan
 from sweeps.engine.resume import lines_of
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.grid import Grid
 
 LINE = "sweep: {T: [200, 210], omega: [14, 14.5, 15, 15.5, 18, 18.5]}\nfollow: omega\n"

@@ -23,7 +23,7 @@ from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import from_mapping
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 from sweeps.files.result_rows import STATUS
 from sweeps.grid import Grid
 

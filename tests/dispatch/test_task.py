@@ -14,7 +14,7 @@ import pytest
 from stickslip import Options, Status
 from stickslip.compiled.cache import processor, source_hash
 from stickslip.dispatch import task as worker
-from stickslip.dispatch import threads
+from stickslip.dispatch import thread_pool
 from stickslip.dispatch.errors import ExecutorError, WorkerMismatchError
 from stickslip.dispatch.in_flight import InFlight
 from stickslip.dispatch.task import (
@@ -168,7 +168,7 @@ def test_what_a_worker_sends_back_must_be_the_block_that_it_was_given(
     monkeypatch: pytest.MonkeyPatch, case: str
 ) -> None:
     wrong = (NOT_BLOCKS | WRONG_BLOCKS)[case]
-    monkeypatch.setattr(threads, "compute_block", lambda task: wrong(compute_block(task)))
+    monkeypatch.setattr(thread_pool, "compute_block", lambda task: wrong(compute_block(task)))
     with pytest.raises(ExecutorError, match="cannot be the block that it was given"):
         computed(block_points=2)
 
@@ -202,7 +202,7 @@ def test_a_block_that_came_back_damaged_is_computed_again(
         block = compute_block(task)
         return damages.pop()(block) if damages else block
 
-    monkeypatch.setattr(threads, "compute_block", compute_some)
+    monkeypatch.setattr(thread_pool, "compute_block", compute_some)
     assert computed(workers, block_points=2).tobytes() == reference.tobytes()
     assert caplog.messages == ["a block came back damaged from a worker; it is computed again"]
 

@@ -19,7 +19,7 @@ from support.sweeps.sweeping import everything
 
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import RESULTS
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.points import version_differences
 
 ROOT = Path(__file__).parents[2]

@@ -28,8 +28,8 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import load
 from sweeps.engine.existing import Target
-from sweeps.files.datasets import open_result
 from sweeps.files.journal import Journal, manifest_path, readable_manifest
+from sweeps.files.netcdf import open_result
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
 FIVE = "sweep: {temperature: [200, 225, 250, 275, 300]}\n"

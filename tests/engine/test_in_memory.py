@@ -18,7 +18,7 @@ from support.sweeps.workers import HERE, POISON, needs_dask, poisoned_block
 from support.sweeps.writing import write_dataset
 
 from stickslip import Parameters, Status, stationary_orbit
-from stickslip.dispatch import backend, threads
+from stickslip.dispatch import backend, thread_pool
 from stickslip.dispatch.task import Block
 from stickslip.dispatch.workers import Tasks
 from stickslip.variables import RESULT_COLUMNS
@@ -26,7 +26,7 @@ from sweeps.config.schema import Execution
 from sweeps.engine import computing, executors
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 
 CONFIG: dict[str, Any] = {
     "sweep": {"T": [200, 250, 300], "gamma": [-2 / 3, 0, 2 / 3]},
@@ -177,7 +177,7 @@ def test_late_points_are_computed_on_a_backend_of_joblib_too() -> None:
         assert content_hash(run(odd | {"execution": {"block_points": 1}})) == expected
 
 
-class Careless(threads.ThreadExecutor):
+class Careless(thread_pool.ThreadExecutor):
     """Loses the first block."""
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
@@ -203,7 +203,7 @@ def test_the_kernels_are_compiled_before_the_workers_begin(
         monkeypatch.setattr(module, name, call)
 
     watched(computing, "compile_kernels")
-    watched(threads, "compute_block")
+    watched(thread_pool, "compute_block")
     run(executed(workers=2, block_points=5))
     assert order == ["compile_kernels", "compute_block", "compute_block"]
 
@@ -213,11 +213,11 @@ def test_ctrl_c_does_not_wait_for_blocks_in_flight() -> None:
     code = (
         "import time\n"
         "from sweeps import run\n"
-        "from stickslip.dispatch import threads\n"
+        "from stickslip.dispatch import thread_pool\n"
         "def stuck(task):\n"
         "    print('ready', flush=True)\n"
         "    time.sleep(1000)\n"
-        "threads.compute_block = stuck\n"
+        "thread_pool.compute_block = stuck\n"
         "run({})\n"
     )
     child = Running("-c", code)

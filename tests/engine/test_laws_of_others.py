@@ -31,7 +31,7 @@ from sweeps.engine.executors.dask import ClusterExecutor
 from sweeps.engine.executors.processes import ProcessExecutor
 from sweeps.engine.run import run
 from sweeps.engine.settings import read_config
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 from sweeps.identity import settings_of
 
 AT = ("replay", "a.nc", "--at", "T=240", "-o", "replayed.nc", "--overwrite")

@@ -23,9 +23,9 @@ from sweeps.engine.plan import plan
 from sweeps.engine.resume import ExistingPolicy, state_of
 from sweeps.engine.sweep import JournaledResult, Outcome, Recorder, sweep
 from sweeps.exits import StorageError
-from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.journal import DamagedRecordError, Journal
-from sweeps.files.results import Written
+from sweeps.files.netcdf import content_hash, open_result
+from sweeps.files.result_chunks import Written
 from sweeps.files.run_folder import InUseError, RunFolder
 from sweeps.grid import Grid
 

@@ -18,7 +18,7 @@ from sweeps.config.refinement import Refine
 from sweeps.engine.plan import plan
 from sweeps.engine.refine import Refinement
 from sweeps.engine.settings import read_config
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.grid import Grid
 
 COLUMN = {name: number for number, name in enumerate(RESULT_COLUMNS)}

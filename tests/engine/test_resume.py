@@ -12,7 +12,7 @@ from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_o
 from stickslip import Parameters
 from stickslip.dispatch import task as worker
 from sweeps.config.load import load
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.grid import Grid
 from sweeps.human import counted
 

@@ -17,7 +17,7 @@ from sweeps.config.load import ConfigError, from_mapping
 from sweeps.engine.existing import RefusalError
 from sweeps.engine.run import StoppedError
 from sweeps.engine.sweep import Recorder
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 
 CONFIG: dict[str, Any] = {
     "integrator": {"rtol": 1e-4},

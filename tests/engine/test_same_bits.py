@@ -8,7 +8,7 @@ from support.sweeps.processes import HANGS
 from support.sweeps.sweeping import LOOSE, Mishap, Shell, child, hash_of, write
 
 from sweeps import run
-from sweeps.files.datasets import content_hash
+from sweeps.files.netcdf import content_hash
 
 KINDS = {
     "followed": LOOSE

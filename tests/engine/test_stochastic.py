@@ -11,7 +11,7 @@ from stickslip import Status
 from sweeps.config.load import from_mapping
 from sweeps.engine.trajectories import trajectory
 from sweeps.figures import draw
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.points import point_of
 
 FILMS = """

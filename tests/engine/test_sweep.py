@@ -12,7 +12,7 @@ from stickslip.dispatch import task as worker
 from sweeps.config.load import from_mapping
 from sweeps.engine.existing import Target
 from sweeps.engine.sweep import sweep
-from sweeps.files.datasets import StorageError, open_result
+from sweeps.files.netcdf import StorageError, open_result
 from sweeps.files.run_folder import RunFolder
 
 CONFIG = {

@@ -18,7 +18,7 @@ import stickslip
 from stickslip import IntegrationError, Parameters, Status
 from sweeps.config.load import from_mapping, from_yaml
 from sweeps.engine.trajectories import AxisLeftError, trajectories, trajectory
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 
 SHORT = {"periods": 1, "samples_per_period": 50}
 

@@ -13,7 +13,7 @@ from sweeps.config import paper
 from sweeps.config.load import load
 from sweeps.config.paper import PAPER, PaperFigure, shipped_config
 from sweeps.figure_table import FIGURES
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 
 Command = Callable[..., tuple[int, str, str]]
 

@@ -29,7 +29,7 @@ from support.sweeps.sweeping import (
 )
 
 from sweeps.files import run_folder
-from sweeps.files.datasets import open_result
+from sweeps.files.netcdf import open_result
 from sweeps.files.run_folder import InUseError, RunFolder
 
 FOUR = "sweep: {temperature: [200, 210, 230, 250]}\n"
@@ -112,7 +112,7 @@ FULL = {
     "before the trial": Mishap("netCDF4", "Dataset", 1, of="'w'", kills=False),
     "before the first block": Mishap("os", "pwrite", 1, kills=False),
     "before the result": Mishap("netCDF4", "Dataset", 2, of="'w'", kills=False),
-    "while the result is filled": Mishap("sweeps.files.results:Digests", "add", kills=False),
+    "while the result is filled": Mishap("sweeps.files.result_chunks:Digests", "add", kills=False),
 }
 
 

@@ -26,7 +26,7 @@ from sweeps.exits import ExpectedError
 from sweeps.fitting import trials
 from sweeps.fitting.fitting import best_of, model_of
 from sweeps.fitting.least_squares import Fit, Steps, minimum, trial_at
-from sweeps.fitting.refinement import PATIENCE, Search
+from sweeps.fitting.minima import PATIENCE, Search
 from sweeps.fitting.sampling import drawn
 from sweeps.fitting.statistics import (
     Determination,

@@ -14,8 +14,8 @@ import numpy as np
 
 from stickslip import Parameters, Status
 from stickslip.compiled.decorators import inline, jit
+from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
 from stickslip.kernels.plain_iteration.march import write_starts, write_steps
-from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import problem_functions, problem_of
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,

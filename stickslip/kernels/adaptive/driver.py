@@ -47,7 +47,7 @@ from stickslip.kernels.orbits.settling import (
     settle,
 )
 from stickslip.kernels.orbits.watching import Watched, aperiodic_rows, spreads_of
-from stickslip.kernels.points import write_results
+from stickslip.kernels.parameter_rows import write_results
 from stickslip.kernels.problem import rounding_speed
 from stickslip.model.drive import lengthened
 from stickslip.model.models import model_of

@@ -20,7 +20,7 @@ from stickslip.compiled.decorators import (
 from stickslip.compiled.elementary import exponentials
 from stickslip.compiled.fields import make_map, make_row_reader
 from stickslip.kernels.adaptive.recording import NODES, WEIGHTS, vertex
-from stickslip.kernels.points import FIRST_STEP
+from stickslip.kernels.parameter_rows import FIRST_STEP
 from stickslip.kernels.problem import Problem, ProblemFunctions, problem_functions, problem_of
 from stickslip.model import drive, solids
 from stickslip.model.models import model_of

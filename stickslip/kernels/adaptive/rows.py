@@ -16,7 +16,7 @@ from stickslip.compiled.decorators import (
 )
 from stickslip.kernels.orbits.conversion import make_record_units
 from stickslip.kernels.orbits.motions import CYCLE, HALVES, OUTCOME, Motions
-from stickslip.kernels.points import parameters_of
+from stickslip.kernels.parameter_rows import parameters_of
 from stickslip.kernels.problem import rounding_speed
 from stickslip.measure.accumulate import (
     EXTREMA,

@@ -15,7 +15,7 @@ from stickslip.kernels.euler_cromer.step_units import (
     step_units,
     to_lane,
 )
-from stickslip.kernels.points import parameters_of
+from stickslip.kernels.parameter_rows import parameters_of
 from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD, accumulator
 from stickslip.measure.results import record_units, write_stretch, write_whole_orbit

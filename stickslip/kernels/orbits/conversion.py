@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, kernel_factory, named_kernel
 from stickslip.kernels.orbits.states import state_functions
-from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
 from stickslip.measure.results import (
     RecordUnits,
     record_units,

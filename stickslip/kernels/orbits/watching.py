@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from stickslip.compiled.decorators import kernel_making_arrays
-from stickslip.kernels.points import parameters_of, write_results
+from stickslip.kernels.parameter_rows import parameters_of, write_results
 from stickslip.measure.accumulate import FORCE_MAX, INTEGRALS, RECORD, STRESS_MAX
 from stickslip.measure.results import (
     APERIODIC,

@@ -14,7 +14,7 @@ from stickslip.kernels.families import Family
 from stickslip.kernels.orbits import watching
 from stickslip.kernels.orbits.conversion import conversion_of
 from stickslip.kernels.orbits.motions import ATTEMPTED, DONE, OUTCOME, motions_of
-from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
 from stickslip.model import drive
 from stickslip.model.rhs import starting_state
 from stickslip.model.state import STATE

@@ -24,8 +24,8 @@ from stickslip.kernels.orbits.finding import find_orbits
 from stickslip.kernels.orbits.motions import CYCLE, OUTCOME, motions_of
 from stickslip.kernels.orbits.settling import APERIODIC, Search, settle
 from stickslip.kernels.orbits.watching import aperiodic_rows, spreads_of
+from stickslip.kernels.parameter_rows import parameters_of, write_results
 from stickslip.kernels.plain_iteration.march import MakeMarch, PlainMarch, finals_of
-from stickslip.kernels.points import parameters_of, write_results
 from stickslip.measure.accumulate import INTEGRALS, RECORD
 from stickslip.measure.results import Measured, relative_difference
 from stickslip.measure.window import amplitudes_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stickslip.dispatch.threads import ThreadExecutor
+from stickslip.dispatch.thread_pool import ThreadExecutor
 from stickslip.dispatch.workers import Executor
 from sweeps.config.schema import Execution
 

@@ -47,7 +47,7 @@ from sweeps.engine.executors.dask import ClusterExecutor
 from sweeps.engine.resume import state_of
 from sweeps.engine.run import run
 from sweeps.engine.settings import read_config
-from sweeps.files.datasets import content_hash
+from sweeps.files.netcdf import content_hash
 
 pytestmark = needs_dask
 

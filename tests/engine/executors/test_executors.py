@@ -47,7 +47,7 @@ from sweeps.engine.run import run
 from sweeps.engine.settings import options_of, read_config
 from sweeps.engine.signals import Stop
 from sweeps.executor_table import EXECUTORS
-from sweeps.files.datasets import content_hash
+from sweeps.files.netcdf import content_hash
 from sweeps.grid import Grid
 
 CLUSTER = "tcp://127.0.0.1:8786"

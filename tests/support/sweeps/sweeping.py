@@ -26,7 +26,7 @@ from support.sweeps.processes import HANGS, default_signals
 from sweeps.cli.app import main
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 
 LOOSE = "integrator: {rtol: 1e-4}\nstationary: {rtol: 1e-4}\n"
 _REQUEST = Stop.request

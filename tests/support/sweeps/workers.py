@@ -22,7 +22,7 @@ from support.sweeps.processes import HANGS, Running, default_signals, wait_until
 from sweeps.config.load import Config
 from sweeps.engine.settings import options_of
 from sweeps.files.attributes import result_dataset
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.netcdf import content_hash, open_result
 from sweeps.grid import Grid
 
 YAML = """\

@@ -7,7 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from sweeps.files.atomic import replacing, storage_errors
-from sweeps.files.datasets import write_checked
+from sweeps.files.netcdf import write_checked
 
 
 def write_dataset(ds: xr.Dataset, path: Path) -> None:

@@ -10,7 +10,7 @@ from stickslip import Options, Parameters
 from stickslip.kernels.adaptive import rows
 from stickslip.kernels.fastest_rates import fastest_rate
 from stickslip.kernels.orbits.motions import new_motions
-from stickslip.kernels.points import write_results
+from stickslip.kernels.parameter_rows import write_results
 from stickslip.kernels.trajectories import observables_kernel
 
 physics = Options(friction=sys.argv[1]).physics

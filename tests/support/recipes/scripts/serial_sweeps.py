@@ -7,7 +7,7 @@ import threading
 from sweeps import run
 from sweeps.cli.sweeps import BackendOption
 from sweeps.engine.executors import serial
-from sweeps.files.datasets import content_hash
+from sweeps.files.netcdf import content_hash
 
 threads, compute_block = [], serial.compute_block
 

@@ -18,9 +18,9 @@ from stickslip.compiled.decorators import jit, kernel, kernel_factory, named_ker
 from stickslip.kernels.families import FamilyKernel
 from stickslip.kernels.fastest_rates import largest_stable_step
 from stickslip.kernels.orbits.states import state_functions
+from stickslip.kernels.parameter_rows import parameters_of
 from stickslip.kernels.plain_iteration import orbits as plain
 from stickslip.kernels.plain_iteration.march import WIDTH
-from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import (
     FORCE_MAX,
     RECORD,

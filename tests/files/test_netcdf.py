@@ -20,7 +20,7 @@ from support.sweeps.writing import write_dataset
 from stickslip.datasets import result_attributes
 from stickslip.variables import PARAMETERS
 from sweeps.exits import StorageError
-from sweeps.files.datasets import (
+from sweeps.files.netcdf import (
     content_hash,
     open_result,
     readable,
