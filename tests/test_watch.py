@@ -11,8 +11,8 @@ import netCDF4
 import numpy as np
 import pytest
 
+from sweeps import watch
 from sweeps.exits import StorageError
-from sweeps.files import watch
 from sweeps.watch import require_readable
 
 HANGS, DIES = "while True: pass", "import ctypes; ctypes.string_at(1)"
