@@ -107,7 +107,7 @@ def _fill_sums(records: Any, sums: Any) -> None:
 
 @inline
 def _begun(low: Any, high: Any) -> State:
-    """The state before any message, for a secret."""
+    """The state of the hash for a secret, before any message."""
     s0, s1, s2, s3 = _START
     return low ^ s0, high ^ s1 ^ _LONG, low ^ s2, high ^ s3
 

@@ -111,7 +111,7 @@ def _installed(name: str) -> Origin:
     if not entries or not _NAME.fullmatch(name):
         others = sorted(REGISTERED.keys() | metadata.entry_points(group=GROUP).names)
         known = ", ".join(each for each in others if "@" not in each)
-        raise UnknownLawError(f"{f'known too are {known}; ' if known else ''}{_HOW_TO}")
+        raise UnknownLawError(f"{f'also known are {known}; ' if known else ''}{_HOW_TO}")
     if len(entries) > 1:
         raise LawError(f"{name!r} is a law of {_packages(entries)}; uninstall all but one")
     (entry,) = entries

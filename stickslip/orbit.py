@@ -59,7 +59,7 @@ class Orbit(OrbitValues):
         return hash(_comparable(self))
 
     def _repr_html_(self) -> str:
-        """Return the display of a notebook: the status in words, and the observables."""
+        """Return what a notebook displays: the status in words, and the observables."""
         values = {name: getattr(self, name) for name in RESULT_COLUMNS}
         return f"<p>{self.status.sentence}</p>{value_table(values, RESULTS)}"
 

@@ -1,4 +1,7 @@
-"""The parameters of the model, checked. Their declarations are in `variables.ParameterValues`."""
+"""The parameters of the model, with checks of their values.
+
+Their declarations are in `variables.ParameterValues`.
+"""
 
 from __future__ import annotations
 

@@ -71,9 +71,9 @@ class PointKeys:
         return self._along_lines[numbers]
 
     def find(self, keys: Keys) -> NDArray[np.int64]:
-        """Return the number (n,) of a point with each key (n, 2), -1 where the grid has none.
+        """Return, for each key (n, 2), the number (n,) of its point, or -1 if the grid has none.
 
-        It takes eight bytes for each point of the grid, until they are released.
+        This takes eight bytes of memory for each point of the grid until they are released.
         """
         found = np.full(len(keys), -1)
         if not len(keys):

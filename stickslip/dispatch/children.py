@@ -67,7 +67,7 @@ def process_pool(workers: int) -> Any:
 
 
 def end_with_parent(parent: int) -> None:
-    """Make a new process end within a second of its parent, however that ended.
+    """Make a new process end within a second of its parent, however the parent ended.
 
     The parent has already reported on the compiled-code cache.
     """

@@ -93,7 +93,7 @@ def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> N
 
 
 def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
-    """Return, per point (n, parameters), a key of the line up to it."""
+    """Return, for each point (n, parameters), a key that identifies its line up to that point."""
     (keys,) = keys_of_lines(points[None], secret_of(repr(options)))
     return [key.tobytes() for key in keys]
 

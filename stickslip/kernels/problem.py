@@ -46,7 +46,7 @@ def problem_of(p: Parameters, rtol: float) -> Problem:
 
 
 class ProblemFunctions(NamedTuple):
-    """The functions that a drive needs to integrate a Problem; inline."""
+    """The inline functions that an integration of a Problem needs."""
 
     equations: Equations
 

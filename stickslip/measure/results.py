@@ -328,7 +328,7 @@ def _solid_fraction(p: Parameters, m: Measured, i: int) -> float:
 
 @inline
 def _periods(m: Measured, i: int) -> int:
-    """Drive periods after which the orbit closes, 0 for never."""
+    """The number of drive periods after which the orbit closes; 0 if it never does."""
     return 0 if m.statuses[i] == APERIODIC else _halves(m, i) // 2
 
 

@@ -215,7 +215,7 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
 
 
 def _axes_of(ds: xr.Dataset) -> tuple[str, ...]:
-    """Return the names of the one or two parameters along which points differ."""
+    """Return the names of the one or two parameters in which points differ."""
     if DIRECTION in ds.coords:
         raise BoundaryError(
             "points of a followed axis start from their neighbours, so that those between them "

@@ -295,7 +295,9 @@ def _cloud_of_result(
     others = (name for name in along if name != across)
     up = variable if of_values else choice.y or next(others, variable)
     if across == up:
-        raise ValueError(f"{across} lies across already; choose another parameter upward")
+        raise ValueError(
+            f"{across} is on the horizontal axis already; choose another one for the vertical axis"
+        )
     is_height, log = up in RESULTS, bool(choice.scales & {"y", "z"})
     coloured = "regime" if is_height else variable
     colours = None
@@ -358,10 +360,10 @@ def border_axes(borders: xr.Dataset) -> list[str]:
 def border_parts(
     borders: xr.Dataset, across: str, up: str
 ) -> Iterator[tuple[np.ndarray, np.ndarray, str]]:
-    """Yield parts of lines that are of one type, which is given by its name.
+    """Yield the parts of lines that are of a single type, with the name of that type.
 
-    First come their places (n, 2) in shown units, and their points (n,) in the file. A point alone
-    is no line.
+    Each consists of its positions (n, 2) in shown units and the numbers (n,) of its points in the
+    file. A single point is not a line.
     """
     places = np.column_stack([shown(borders[name]).values for name in (across, up)])
     last = np.flatnonzero(np.diff(borders["line"].values)) + 1

@@ -78,7 +78,9 @@ def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
         hint = did_you_mean(name, [*symbols, *names]) or f"; there are {', '.join(names)}"
         raise ValueError(f"unknown variable '{name}'{hint}")
     if name not in ds.variables:
-        raise ValueError(f"this file lacks {name}: it is of an older version; sweep it again")
+        raise ValueError(
+            f"this file lacks {name}: it was written by an older version; sweep it again"
+        )
     return name
 
 

@@ -77,7 +77,7 @@ def medians_of(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
     """
     levels = ds[QUANTILE].values
     if not np.isclose(levels, 0.5).any():
-        raise ValueError("curves of quantiles are medians: 0.5 must be one of the levels")
+        raise ValueError("the curve of quantiles is the median, so 0.5 must be one of the levels")
     pairs, curves = _pairs(levels), {}
     for name in [str(name) for name, each in ds.data_vars.items() if QUANTILE in each.dims]:
         at = {float(level): ds[name].isel({QUANTILE: i}) for i, level in enumerate(levels)}

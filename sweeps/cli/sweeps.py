@@ -214,7 +214,7 @@ def status(
 ) -> None:
     """Show the state of a sweep, running or finished, without disturbing it.
 
-    Of a config also why `stickslip sweep` would refuse it, if it would.
+    For a config, also say why `stickslip sweep` would refuse it, if it would.
     """
     from sweeps.cli.summaries import print_state
     from sweeps.engine.resume import state_of

@@ -390,7 +390,8 @@ def _refuse_unfit(document: Document, config: Config, unsound: Collection[str]) 
 def _with_law(document: Document, config: Config) -> Config:
     """Return a config with the identity of a law that is not ours; an unknown law is refused.
 
-    One that is given, as by a result, is only compared by what computes: any result can be shown.
+    An identity that is given, for example by a result, is compared only by code that computes, so
+    that any result can be shown.
     """
     film = config.film
     if film.friction in FRICTION_LAWS:

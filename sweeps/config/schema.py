@@ -333,9 +333,10 @@ class Config(Group):
     """What to compute, how, and where to write it.
 
     Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
-    adds the paper's values for the rest. `sweep` keeps the order of its axes. What `sample` draws
-    stands in `cases`. Configs without problems are made by `load` and `from_mapping`; two are equal
-    if they ask for the same computation, executed in the same way into the same file.
+    adds the paper's values for the rest. `sweep` keeps the order of its axes. The points that
+    `sample` draws are stored in `cases`. `load` and `from_mapping` return only valid configs; two
+    are equal if they ask for the same computation, executed in the same way and written to the same
+    file.
     """
 
     title: Line | None = Field(None, description="One line about the result.")

@@ -109,8 +109,8 @@ class Target:
         refuse_pull(config.simulation.drive)
         if part is not None and config.refine is not None:
             raise RefusalError(
-                "a refined grid has no parts: which points are computed depends on all of the "
-                "others; leave out --part, or `refine`"
+                "a refined grid cannot be split into parts: which points are computed depends on "
+                "all the others; leave out --part or `refine`"
             )
         grid, settings = Grid.from_config(config), settings_of(config)
         return cls(config, grid, settings, Chunks(grid.shape), part)
@@ -313,7 +313,7 @@ def _refuse_other_file(
         )
     if missing := [name for name in RESULT_COLUMNS if name not in variables]:
         raise RefusalError(
-            f"{path} lacks {', '.join(missing)}, which this version computes of every point; it "
+            f"{path} lacks {', '.join(missing)}, which this version computes for every point; it "
             f"can still be drawn and replayed; {WAYS_OUT}"
         )
     if "data_sha256" not in attributes:

@@ -162,7 +162,7 @@ def intention(
 ) -> Decision:
     """Return what a sweep of a config into an output would do; nothing is changed.
 
-    Raises whatever the sweep would refuse before it computes: RefusalError, PulledError,
+    Raises the errors with which the sweep would refuse to begin: RefusalError, PulledError,
     InUseError, StorageError.
     """
     refuse_odd_output(output)

@@ -1,4 +1,4 @@
-"""Ending early: Ctrl-C, a signal of the batch system, the end of the time that was granted.
+"""Ending early: on Ctrl-C, on a signal of the batch system, or when the time granted is over.
 
 Compiled code does not look for signals and cannot be stopped: it runs in a thread, while the main
 thread listens.

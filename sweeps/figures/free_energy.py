@@ -24,7 +24,7 @@ _ROOM = 12.0  # kelvin beside the outermost states
 
 
 def free_energy(ds: xr.Dataset) -> Figure:
-    """The free energy at some temperatures above, the phases over temperature and strain below."""
+    """Above, free energies at some temperatures; below, the phases over temperature and strain."""
     figure, panels = new_panels(2, 1, (COLUMN, _HEIGHT))
     above, below = panels[:, 0]
     _draw_energies(above, ds)

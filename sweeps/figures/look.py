@@ -67,7 +67,7 @@ class Look:
 
     @property
     def frame(self) -> Frame:
-        """The part that drawing needs."""
+        """The part of the choices that drawing needs."""
         return Frame(self.size, self.note, self.axes)
 
 

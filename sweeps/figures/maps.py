@@ -158,7 +158,9 @@ def _draw_borders(
     """
     over = border_axes(borders)
     if {across.dim, up.dim} != set(over) or across.names or up.names:
-        raise ValueError(f"these are borders over {' and '.join(over)}: choose these axes")
+        raise ValueError(
+            f"these borders were computed over {' and '.join(over)}: choose those axes"
+        )
     parts = list(border_parts(borders, across.dim, up.dim))
     lines = [places for places, _, _ in parts]
     look: dict[str, Any] = {"linestyles": [BORDER_STYLES[name] for _, _, name in parts]}

@@ -130,7 +130,7 @@ def style_settings(file: Path) -> dict[str, Any]:
             ) from None
         found = mpl_style.library[str(file)]
     except (OSError, ValueError) as error:
-        raise ValueError(f"{file} is no matplotlib style file: {error}; {remedy}") from None
+        raise ValueError(f"{file} is not a matplotlib style file: {error}; {remedy}") from None
     return {name: found[name] for name in found if not name.startswith(_NO_STYLE)}
 
 

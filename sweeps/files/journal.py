@@ -134,7 +134,7 @@ class Journal:
         return int(before - np.count_nonzero(self.done))
 
     def note(self, manifest: Manifest) -> None:
-        """Write down a manifest, which replaces the previous one; raises OSError."""
+        """Write a manifest, which replaces the previous one; raises OSError."""
         text = json.dumps(manifest)
         path = manifest_path(self.path)
         path.parent.mkdir(parents=True, exist_ok=True)  # the folder may have been deleted meanwhile

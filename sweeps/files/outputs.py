@@ -233,7 +233,7 @@ class Outputs:
     # --- what an earlier run left ---
 
     def _finish(self) -> bool:
-        """Give what an earlier run of this command had made its names; return whether it had."""
+        """Give files that an earlier run had finished their names; tell whether there were any."""
         left = self._left()
         if not left or left["request"] != self._request:
             return False

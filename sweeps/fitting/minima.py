@@ -83,7 +83,7 @@ class Search:
     def run(self, starts: Sequence[Trial] = (), population: Sequence[Trial] = ()) -> Fit:
         """Return the best minimum that was found, from `starts` or by an evolution of trials.
 
-        It begins all over the box or, to look closer, with a `population`.
+        It begins with trials from all over the box or, to look closer, with a `population`.
         """
         if not starts:
             self._evolve(np.array([trial.u for trial in population]))
@@ -223,7 +223,7 @@ class Search:
         self._least_cost = min(self._least_cost, *whole, math.inf)
 
     def _hopeful(self, trials: Iterable[Trial]) -> list[Trial]:
-        """Return trials without some values that are the best so far by their others, in order."""
+        """Return, in order, the incomplete trials that are the best so far by their values."""
         could = (t for t in trials if not t.is_whole and t.chi2 < t.part * self._least_cost)
         return sorted(could, key=_by_chi2)
 

@@ -236,7 +236,7 @@ def _named(long_name: str, attributes: Mapping[str, Any] = MappingProxyType({}))
 
 
 def _flags(meanings: str) -> dict[str, Any]:
-    """Return the attributes of a variable whose values count these words from 0."""
+    """Return the attributes of a variable whose values 0, 1, ... stand for these words."""
     values = np.arange(len(meanings.split()), dtype=np.int8)
     return {"units": "1", "flag_values": values, "flag_meanings": meanings}
 

@@ -119,7 +119,9 @@ def posterior_of(
     from emcee import moves
 
     if search.is_exact(fit) or not fit.scale > 0.0:
-        raise PosteriorError("the data are met exactly: without their errors nothing is probable")
+        raise PosteriorError(
+            "the fit meets the data exactly: without errors nothing has a probability"
+        )
     rng = np.random.default_rng(_SEED)
     count = max(WALKERS, 8 * len(search.model.free))
     prior = _prior_of(fit, priors)

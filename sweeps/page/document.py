@@ -178,8 +178,9 @@ def _part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, 
     """Return the points of a result for the page, and where they are; raises ReportError."""
     if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
         raise ReportError(
-            f"{name} holds no result of a sweep, of which a page is made; `stickslip plot` draws "
-            "trajectories and fits, and --boundaries adds borders to the page of their map"
+            f"{name} does not hold the result of a sweep, and pages are made only of those; "
+            "`stickslip plot` draws trajectories and fits, and --boundaries adds borders to the "
+            "page of their map"
         )
     try:
         part, where = slice_at(ds.squeeze(), at)

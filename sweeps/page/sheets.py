@@ -52,10 +52,10 @@ _MARKS: dict[type, float] = {Cells: 3.0, Curves: 5.0, Cloud: 10.0}
 
 @dataclass(frozen=True)
 class View:
-    """A way to look at a result; what finds no room is chosen with sliders.
+    """A way of looking at a result; axes that do not fit in the picture are set with sliders.
 
-    `across` and `up` are axes or, of points, parameters; None for those of the standard picture.
-    `of_values` says that the variable itself goes up.
+    `across` and `up` are axes or, for points, parameters; None selects those of the standard
+    picture. `of_values` says that the variable itself is on the vertical axis.
     """
 
     kind: str

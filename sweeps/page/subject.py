@@ -235,7 +235,7 @@ def point_of_address(parts: Mapping[str, str], result: xr.Dataset | None) -> Sho
         except ValueError as error:
             raise PointError(str(error)) from None
         if left := [d for d, size in result.sizes.items() if size > 1 and d not in at]:
-            raise PointError(f"several points are left: at.{left[0]} is missing")
+            raise PointError(f"several points remain: at.{left[0]} is missing")
         return point_of_result(result, at)
     for key in parts:  # above all those that name a file to read
         section, dot, _ = key.partition(".")

@@ -81,7 +81,7 @@ def test_by_another_version_other_bits_are_explained(
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ((), "several points are left"),
+        ((), "several points remain"),
         ((*POINT, "-o", "a.png"), "names a NetCDF file"),
         ((*POINT, "-o", "mine.nc"), "an input itself"),
         ((*POINT, "--start", "there"), "--start is initial or stationary"),

@@ -83,7 +83,7 @@ UNFIT: dict[str, tuple[Callable[[], object], int, str]] = {
     "without a variable": (
         lambda: write_dataset(open_result(A).drop_vars("asymmetry"), A),
         2,
-        "a.nc lacks asymmetry, which this version computes of every point; it can still be "
+        "a.nc lacks asymmetry, which this version computes for every point; it can still be "
         "drawn and replayed; --overwrite",
     ),
     "without its seal": (

@@ -102,7 +102,7 @@ def test_a_config_names_a_law_and_is_told_which_there_are(site: Path) -> None:
     with pytest.raises(ConfigError) as caught:
         read_config("a.yaml", ["film.friction=unlimited"])
     assert (
-        "film.friction: must be one of power-law, not 'unlimited'; known too are limited; a law "
+        "film.friction: must be one of power-law, not 'unlimited'; also known are limited; a law "
         in (str(caught.value))
     )
     assert "'stickslip.laws', or by stickslip.register_law" in str(caught.value)

@@ -142,7 +142,7 @@ def test_a_complete_part_has_nothing_to_do_and_a_whole_sweep_completes_it(tmp_pa
 def test_parts_of_a_refined_grid_are_refused(tmp_path: Path) -> None:
     axes = {"T": {"linspace": [200, 300], "num": 9}, "K": {"linspace": [900, 3000], "num": 9}}
     config = from_mapping(LOOSE | {"sweep": axes, "refine": {"axes": ["T", "K"], "levels": 2}})
-    with pytest.raises(RefusalError, match="a refined grid has no parts"):
+    with pytest.raises(RefusalError, match="a refined grid cannot be split into parts"):
         computed(config, tmp_path / "a.nc", Part(1, 2))
 
 

@@ -59,7 +59,7 @@ def test_settings_of_the_user_make_no_other_picture(tmp_path, monkeypatch):
         (None, "large.mplstyle does not exist"),
         ("font.sise: 9\n", r"line 1 names no setting of matplotlib \(did you mean 'font.size'\?\)"),
         ("font.size: 9\nhello\n", "line 2 names no setting"),
-        ("font.size: big and bold\n", "is no matplotlib style file"),
+        ("font.size: big and bold\n", "is not a matplotlib style file"),
     ],
 )
 def test_a_style_file_that_cannot_be_used_is_refused(tmp_path, text, words):

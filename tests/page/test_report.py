@@ -116,7 +116,7 @@ def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
 
 def test_a_trajectory_is_no_result_of_a_sweep(ds: xr.Dataset, tmp_path: Path) -> None:
     course = ds.stickslip.at(T=250, K=500, gamma=0).simulate()
-    with pytest.raises(ReportError, match="holds no result of a sweep"):
+    with pytest.raises(ReportError, match="does not hold the result of a sweep"):
         write_report(course, tmp_path / "a.html", name="a.nc")
 
 

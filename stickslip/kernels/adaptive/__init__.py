@@ -1,1 +1,1 @@
-"""The adaptive method in lanes: passes over many points, and their records."""
+"""The adaptive method in lanes: passes over many points, and the records of those points."""

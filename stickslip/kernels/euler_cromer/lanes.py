@@ -73,7 +73,7 @@ class March:
         clear_records(self.tasks.rows, which)
 
     def march(self, measured: bool = False) -> None:
-        """Take the started points to their ends; the status of each is then OK or DIVERGED."""
+        """Integrate the started points to their ends; the status of each is then OK or DIVERGED."""
         for family, noisy, queue in self._families():
             march = march_kernel(family, noisy, measured)
             while np.any(self.tasks.status[queue] == PENDING):

@@ -109,10 +109,10 @@ def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
 def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
     """Tell whether the last displacements by `cycle` applications clearly lead to a limit.
 
-    Three of them must shrink by the same ratio, and four if the sequence alternates: on the way to
+    Three of them must shrink by the same ratio, or four if the sequence alternates: on the way to
     an asymmetric orbit two ratios can agree by accident, and the jump to the middle would land on a
-    symmetric orbit, which may attract too. On approach to an asymmetric orbit the ratio tends to
-    -1: its distance from -1 shrinks, which the comparison with the earlier ratio reveals.
+    symmetric orbit, which may also be attracting. On approach to an asymmetric orbit the ratio
+    tends to -1: its distance from -1 shrinks, which the comparison with the earlier ratio reveals.
     """
     oldest = displacement(memory, newest - 2 * cycle, newest - 3 * cycle)
     before = displacement(memory, newest - cycle, newest - 2 * cycle)
