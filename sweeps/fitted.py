@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import netCDF4
 import numpy as np
 
 from stickslip.distributions import DistributionError, Joint, refuse_outside
@@ -14,6 +13,9 @@ from stickslip.variables import PARAMETERS
 from sweeps.exits import StorageError
 from sweeps.human import reason
 from sweeps.watch import require_readable
+
+if TYPE_CHECKING:
+    import netCDF4
 
 _NEEDED = ("value", "standard_error", "correlation", "determination")
 
@@ -48,6 +50,8 @@ def fitted_parameters(path: Path, name: str) -> Fitted:
     Raises DistributionError where the file cannot be read or is none, and where the data do not
     determine a parameter; the message is the end of a sentence.
     """
+    import netCDF4  # the schema of configs is read without it
+
     try:
         require_readable(path)
         digest = hashlib.sha256(path.read_bytes()).hexdigest()

@@ -310,7 +310,7 @@ def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
     left = [str(dim) for dim, size in sizes.items() if size > 1 and dim not in place]
     if left:
         examples = ", ".join(f"{dim}={_plain(ds[dim].values[0])}" for dim in left)
-        raise PointError(f"several points are left; choose one, for example by {examples}")
+        raise PointError(f"several points remain; choose one, for example by {examples}")
 
 
 def _point(chosen: xr.Dataset) -> Point:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.files.outputs import Outputs
-    from sweeps.fitting.free_parameters import Range
+    from sweeps.fitting.parameters import Range
 
 
 def fit(

@@ -19,9 +19,9 @@ from sweeps.engine.executors import workers_of
 from sweeps.engine.progress import display_of
 from sweeps.engine.settings import options_of, read_config
 from sweeps.exits import ExpectedError
-from sweeps.fitting.free_parameters import Free, free_parameters, priors_of
 from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import Search, population_of
+from sweeps.fitting.parameters import Free, free_parameters, priors_of
 from sweeps.fitting.posterior import posterior_of
 from sweeps.fitting.sampling import drawn
 from sweeps.fitting.statistics import (

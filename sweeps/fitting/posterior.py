@@ -15,9 +15,9 @@ import numpy as np
 
 from stickslip.distributions import Distribution
 from sweeps.exits import ExpectedError
-from sweeps.fitting.free_parameters import LOGARITHMIC, PLAIN
 from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import Search
+from sweeps.fitting.parameters import LOGARITHMIC, PLAIN
 from sweeps.fitting.sampling import first_walkers
 from sweeps.fitting.statistics import Statistics, log_likelihood
 from sweeps.fitting.trials import Trial

@@ -19,7 +19,7 @@ from stickslip.points import orbit_rows
 from stickslip.status import Status
 from stickslip.variables import ENERGY_COEFFICIENTS, RESULT_COLUMNS, RESULTS, unbounded
 from sweeps.exits import ExpectedError
-from sweeps.fitting.free_parameters import FreeParameter
+from sweeps.fitting.parameters import FreeParameter
 from sweeps.measurements import Floats, Measurements
 
 _STATUS = RESULT_COLUMNS.index("status")

@@ -128,5 +128,5 @@ def test_random_cases_are_a_cloud():
     np.testing.assert_array_equal(chart.y, ds.spring_stiffness)
     swapped = chart_of(ds, Choice("regime", x="spring_stiffness"))
     assert swapped.names == ("spring_stiffness", "temperature")
-    with pytest.raises(ValueError, match="choose another parameter"):
+    with pytest.raises(ValueError, match="choose another one for the vertical axis"):
         chart_of(ds, Choice("regime", x="temperature", y="temperature"))

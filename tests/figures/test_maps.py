@@ -224,7 +224,11 @@ def test_only_panels_of_their_values_have_them(ds):
     [
         ({"variable": "regime"}, borders_of(spring_stiffness=1000.0), "the borders at .*K = 1000"),
         ({"variable": "regime"}, xr.Dataset(), "no file of borders"),
-        ({"variable": "regime", "at": ("omega=10",)}, borders_of(), "borders over temperature and"),
+        (
+            {"variable": "regime", "at": ("omega=10",)},
+            borders_of(),
+            "borders were computed over temperature and",
+        ),
         ({"hue": "omega", "at": ("omega=10,20,30",)}, borders_of(), "on maps: name the axis -y"),
         (
             {"variable": "regime"},

@@ -15,9 +15,9 @@ from stickslip.distributions import Distribution, distribution
 from sweeps.config.load import from_mapping
 from sweeps.fitting import posterior
 from sweeps.fitting.fitting import best_of, model_of
-from sweeps.fitting.free_parameters import PLAIN, FreeError, FreeParameter, priors_of
 from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import Search
+from sweeps.fitting.parameters import PLAIN, FreeError, FreeParameter, priors_of
 from sweeps.fitting.posterior import PosteriorError, posterior_of
 from sweeps.fitting.statistics import Statistics
 from sweeps.fitting.trials import Trial

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from stickslip.parameters import Parameters
-from sweeps.fitting.free_parameters import FreeError, free_parameters
+from sweeps.fitting.parameters import FreeError, free_parameters
 
 START = Parameters()
 
