@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 
-# `typing` would be loaded before the command line can answer Ctrl-C.
+# Importing `typing` would delay the moment from which the command line answers Ctrl-C.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from sweeps.accessor import StickslipAccessor

@@ -1,4 +1,4 @@
-"""The accessor `ds.stickslip` of Datasets of this program: points, figures, masks."""
+"""The accessor `ds.stickslip` for Datasets that this program makes: points, figures, masks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 class StickslipAccessor:
     """Methods for the result of a sweep or a part of it; `plot` also works on a trajectory.
 
-    It is `ds.stickslip`; as `StickslipAccessor(ds)` editors know its methods.
+    `ds.stickslip` returns it. Write `StickslipAccessor(ds)` if your editor should know the methods.
 
     >>> ds = run({"sweep": {"T": [200, 250]}})
     >>> StickslipAccessor(ds).at(T=251).orbit().regime.name
@@ -48,11 +48,12 @@ class StickslipAccessor:
         return f"<stickslip accessor of {held} ({sizes or 'a single point'})>"
 
     def at(self, **where: Any) -> Point:
-        """Return the point nearest to values such as `temperature=228`, by name or symbol, in SI.
+        """Return the point nearest to values such as `temperature=228`, in SI units.
 
-        Its `.orbit()`, `.simulate()` and `.portrait()` compute it again, and raise PointError where
-        the config of the Dataset is not the one of its numbers, as in a stack of results. Raises
-        PointError if the values do not single out one point.
+        Axes go by name or symbol. The methods `.orbit()`, `.simulate()` and `.portrait()` of the
+        point compute it again. They raise PointError if the numbers were computed with another
+        config than the Dataset holds, which may happen in a stack of results. Raises PointError if
+        the values do not single out one point.
 
         >>> ds = run({"sweep": {"T": [200, 250]}})
         >>> ds.stickslip.at(T=251).parameters.temperature
@@ -77,11 +78,11 @@ class StickslipAccessor:
         return self._ds.assign(masked)
 
     def quantiles(self, levels: Sequence[float] | None = None) -> xr.Dataset:
-        """Return quantiles of the measured variables over the cases of a sample, as `quantile`.
+        """Return quantiles of the measured variables over the cases of a sample, along `quantile`.
 
-        Cases without a result do not count; `cases_with_result` says how many do. By default the
-        levels are those of the median and of intervals that hold 68 % and 95 %. The plot of what is
-        returned has bands. Raises ValueError for a result without cases.
+        Only cases with a result count; their number is in `cases_with_result`. The default levels
+        give the median and the intervals that hold 68 % and 95 % of the cases. A plot of the
+        returned Dataset has bands. Raises ValueError for a result without cases.
 
         >>> sample = {"sobol": 8, "k": {"lognormal": [5e4, 0.1]}}
         >>> ds = run({"sweep": {"T": [200, 250]}, "sample": sample})
@@ -120,18 +121,18 @@ class StickslipAccessor:
     ) -> Figure | Axes:
         """Return the picture that `stickslip plot` draws, with the same options.
 
-        Without `variable`, a name or several, both amplitudes are drawn; one of your own, such as
-        `mu`, is drawn with its attributes long_name and units; variables of a trajectory
-        choose panels of its time courses. `at` cuts axes, such as `{"temperature": 228}`; `log`
-        names logarithmic scales, such as 'x,z'; `figure` names a figure instead; `boundaries` are
-        what the method of this name returns, drawn on maps; `data` are measured points over curves,
-        as of `sweeps.fit`. `size` is in inches; limits are in the units shown, `vmin` and `vmax`
-        those of colours; `letters` may be the first one, such as 'b'.
+        `variable` is a name or several; by default both amplitudes are drawn. A variable that you
+        added, such as `mu`, is labelled with its attributes long_name and units. Variables of a
+        trajectory choose the panels of its time courses. `at` cuts axes, as in
+        `{"temperature": 228}`. `log` names logarithmic scales, as in 'x,z'. `figure` names a whole
+        figure instead of variables. `boundaries` takes the lines that the method `boundaries`
+        returns, and draws them on a map. `data` takes measurements, as `sweeps.fit` does, and draws
+        them over the curves. `size` is in inches. Limits are in the units shown; `vmin` and `vmax`
+        are the limits of the colours. `letters` may be the letter of the first panel, such as 'b'.
 
-        The figure is returned, and not pyplot's current one: save it with its own `savefig`. Into
-        `ax` a picture of one panel is drawn, without small print and with your own settings of
-        matplotlib, and it is returned.
-        Raises ValueError for a choice that the data do not have.
+        The figure is not pyplot's current one: save it with its method `savefig`. If you pass `ax`,
+        a picture of one panel is drawn into it, with your settings of matplotlib and without small
+        print, and `ax` is returned. Raises ValueError for a choice that the data do not offer.
 
         >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
         >>> figure = ds.stickslip.plot("F_max", x="T", hue="omega")
@@ -140,11 +141,12 @@ class StickslipAccessor:
         from sweeps.figures.save import displayed
         from sweeps.measurements import read_data
 
+        variables = variable if variable is None or isinstance(variable, str) else tuple(variable)
         cuts = tuple(f"{name}={_cut(value)}" for name, value in (at or {}).items())
         file = None if style is None else path_of(style)
         look = Look(size, xlim, ylim, (vmin, vmax), letters, note, title, file, ax)
         options = PlotOptions(
-            *(_several(variable), x, y, hue, row, col, cuts, log),
+            *(variables, x, y, hue, row, col, cuts, log),
             boundaries=boundaries,
             data=None if data is None else read_data(data),
             look=look,
@@ -155,16 +157,16 @@ class StickslipAccessor:
     def map(
         self, variable: str, x: str | None = None, y: str | None = None, **at: Any
     ) -> Figure | Axes:
-        """Return a map of a variable over two axes, others cut by keyword: `map("regime", K=500)`.
+        """Return a map of a variable over two axes, by default the two longest.
 
-        By default the axes are the two longest. Raises ValueError as `plot` does.
+        Keywords cut the other axes: `map("regime", K=500)`. Raises ValueError as `plot` does.
 
         >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
         >>> figure = ds.stickslip.map("regime")
         """
         if others := [name for name in at if name in signature(self.plot).parameters]:
             raise ValueError(
-                f"map takes values of axes; with {others[0]} it is "
+                f"map takes values of axes only; for {others[0]} call "
                 f"plot({variable!r}, x=..., y=..., {others[0]}=...)"
             )
         chosen = {canonical_name(name) or name for name in (*at, x, y) if name is not None}
@@ -173,7 +175,8 @@ class StickslipAccessor:
             key=lambda dim: -self._ds.sizes[dim],
         )
         if len(free) < (x, y).count(None):
-            raise ValueError(f"a map needs two axes, and this result has {_listed(self._ds)}")
+            axes = ", ".join(str(dim) for dim, size in self._ds.sizes.items() if size > 1)
+            raise ValueError(f"a map needs two axes, and this result has {axes or 'none'}")
         x = x or free.pop(0)
         y = y or free.pop(0)
         return self.plot(variable, x=x, y=y, at=at)
@@ -183,8 +186,8 @@ class StickslipAccessor:
     ) -> xr.Dataset:
         """Return the borders between kinds of motion, as lines on a map or points on an axis.
 
-        Each edge between neighbouring points of unlike kinds is bisected, with the parameters and
-        options of the sweep; where the crossings of a cell belong together they are joined.
+        Bisects each edge between neighbouring points of different kinds, with the parameters and
+        options of the sweep, and joins the crossings of a cell that belong together.
 
         >>> ds = run({"sweep": {"T": [200, 220, 240, 260, 280, 300]}})
         >>> ds.stickslip.boundaries(1e-3).temperature.round(0).values
@@ -193,13 +196,13 @@ class StickslipAccessor:
         Parameters
         ----------
         accuracy
-            Width of the last bracket, as a part of the length of its axis: of the difference of its
-            ends, or of their logarithms where the values have a common ratio. Some stay wider.
+            Width of the last bracket, as a fraction of the length of the axis. On an axis whose
+            values have a common ratio, the length is in logarithms. Some brackets stay wider.
         kind
-            What must change at a border: the 'regime', or with 'orbit' also `melting_count` or
-            `orbit_periods`, which of aperiodic motions mean nothing.
+            What must change at a border: the 'regime', or for 'orbit' also `melting_count` or
+            `orbit_periods`, which mean nothing for aperiodic motions.
         workers
-            Threads; by default one for each core that the process may use.
+            Number of threads; by default one for each core that the process may use.
 
         Returns
         -------
@@ -207,37 +210,38 @@ class StickslipAccessor:
             Along `boundary_point`, line by line: the coordinates `line`, a number, and the axes, in
             SI units; `kind_left`, `kind_right` (with 'orbit' `melting_count_left` and so on);
             `multiplier_left`, `multiplier_right`, the Floquet multipliers at the ends of the last
-            bracket, NaN where a motion has none; `type`, 0 grazing, 1 fold, 2 the meeting of three
-            kinds or more in the middle of their crossings; and for each axis `<axis>_bracket`, the
-            width of the last bracket. Left and right are those of a walk along the line, with the
-            first axis pointing right and the second up; on a single axis left is below. A border
-            is a fold if a multiplier within 0.2 of 1 says that an orbit is about to lose its
-            stability, which need not be how it ends; tell it apart with an accuracy of 1e-5 or
-            better, and `rtol` 1e-6.
+            bracket, NaN where a motion has none; `type`, 0 grazing, 1 fold, 2 a point where three
+            or more kinds meet, in the middle of their crossings; and for each axis
+            `<axis>_bracket`, the width of the last bracket. Left and right are seen by someone who
+            walks along the line while the first axis points right and the second up. On a single
+            axis left is below. A border is a fold if a multiplier lies within 0.2 of 1: an orbit is
+            then about to lose its stability, though it may end otherwise. Folds are told from
+            grazing only with an accuracy of 1e-5 or better and an `rtol` of 1e-6.
 
             Points without a result make no borders. A bisection ends early, with a wide bracket, at
-            a point without a result, and below a thousandth of the axis at one that is not on its
-            orbit after 128 periods. The attribute `wide_brackets` is how many are wider than asked.
+            a point without a result, and, below a thousandth of the axis, at a point that has not
+            reached its orbit after 128 periods. The attribute `wide_brackets` counts the brackets
+            wider than the accuracy.
 
         Raises
         ------
         BoundaryError
-            A ValueError: there is no such border, since the result has not one or two axes of
-            single parameters, follows an axis, or is stochastic; or an argument is wrong.
+            A ValueError: an argument is wrong, or the result has no borders because it is
+            stochastic, follows an axis, or does not have one or two axes of single parameters.
         """
         from sweeps.borders import boundaries
 
         return boundaries(self._ds, accuracy, kind, workers=workers)
 
     def summary(self) -> str:
-        """Return a fit in words, as `stickslip fit` prints it.
+        """Return the summary of a fit that `stickslip fit` prints.
 
         >>> ds = fit({"T": [160, 200, 240], "F_max": [4.67e-3, 3.25e-3, 2.38e-3]}, "k")
         >>> print(ds.stickslip.summary())
         viscosity_coefficient: ... Pa s^(gamma+1), 95 %: ...
         ...
 
-        Raises FitError if the Dataset is no fit, or uncertainties is missing.
+        Raises FitError if the Dataset is no fit or the package uncertainties is missing.
         """
         from sweeps.fitting.fitting import summary_of
 
@@ -261,7 +265,8 @@ class StickslipAccessor:
     def report(self, path: str | Path, *, boundaries: xr.Dataset | None = None) -> Path:
         """Write the page of `stickslip report`, which needs no network, and return its path.
 
-        `boundaries` are what the method of this name returns, drawn on the map.
+        `boundaries` takes the lines that the method `boundaries` returns, and draws them on the
+        map.
 
         >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
         >>> page = ds.stickslip.report("regimes.html")
@@ -275,14 +280,6 @@ class StickslipAccessor:
         return page
 
 
-def _several(variable: str | Sequence[str] | None) -> str | tuple[str, ...] | None:
-    return variable if variable is None or isinstance(variable, str) else tuple(variable)
-
-
 def _cut(value: Any) -> str:
-    """Return a value, or several, as `--at` takes them."""
+    """Return one value or several as the option `--at` takes them."""
     return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
-
-
-def _listed(ds: xr.Dataset) -> str:
-    return ", ".join(str(dim) for dim, size in ds.sizes.items() if size > 1) or "none"

@@ -1,4 +1,4 @@
-"""What a result rests on, as BibTeX: the program, the paper, and the methods that a file used."""
+"""BibTeX entries for a result: the program, the paper, and the methods that made the file."""
 
 from __future__ import annotations
 
@@ -72,20 +72,21 @@ METHODS: Mapping[str, str] = {
   year    = {1997},
 }""",
 }
-"""The source of each method; docs/numerics.md says what it is used for."""
+"""The source of each method; docs/numerics.md describes its use."""
 
 
 def bibtex(attributes: Mapping[str, Any] | None = None, kind: str = "sweep") -> str:
-    """Return entries of the program and the paper and, from attributes of a file, of its methods.
+    """Return the entries of the program and the paper, and of the methods that made a file.
 
-    `kind` is that of the file's data, as `sweeps.charts.data.data_of` names it.
+    `attributes` are the attributes of the file; `kind` is the kind of its data, as returned by
+    `sweeps.charts.choice.data_of`.
     """
-    entries = [_program(attributes or {}), PAPER]
-    return "\n\n".join([*entries, *_methods(attributes or {}, kind)])
+    attributes = attributes or {}
+    return "\n\n".join([_program(attributes), PAPER, *_methods(attributes, kind)])
 
 
 def _program(attributes: Mapping[str, Any]) -> str:
-    """Return the entry of the program: the version that wrote a file, or else this one."""
+    """Return the entry of the program, in the version that wrote a file or else in this one."""
     source = str(attributes.get("source", ""))  # `stickslip 1.0.0, method adaptive`
     written = source.partition(",")[0].removeprefix("stickslip ")
     version = written or metadata.version("stickslip")

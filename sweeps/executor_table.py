@@ -1,8 +1,8 @@
-"""The executors that a config can ask for, and the module of each.
+"""The executors that a config can name, and the module of each.
 
-To add an executor, write the module and add a line here: the schema of configs, the command line
-and the pages take its name from this table. Modules are named, not imported, so that reading a
-config loads none of them.
+To add an executor, write the module and add a line here. The schema of configs, the command line
+and the pages take the names from this table. The table names the modules and does not import them,
+so that reading a config loads none of them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from types import MappingProxyType
 class ExecutorEntry:
     """An executor: what computes the points, and its module within `sweeps.engine.executors`.
 
-    The module has `executor_for(execution)`, the Executor of a section `execution` of a config.
+    The module has a function `executor_for(execution)`, which makes the Executor for the section
+    `execution` of a config.
     """
 
     meaning: str
@@ -30,4 +31,4 @@ EXECUTORS: Mapping[str, ExecutorEntry] = MappingProxyType(
         "dask": ExecutorEntry("the workers of a dask cluster", "dask"),
     }
 )
-"""By the name of `execution.backend`; the first is that of a config which names none."""
+"""Executors by the name in `execution.backend`; a config that names none gets the first."""

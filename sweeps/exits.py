@@ -1,4 +1,4 @@
-"""The exit codes of the command line, and the failures that end with one."""
+"""The exit codes of the command line, and the errors that end with them."""
 
 from enum import IntEnum
 
@@ -6,7 +6,7 @@ from stickslip.dispatch.errors import ExecutorError
 
 
 class Exit(IntEnum):
-    """The exit codes of commands, for batch scripts."""
+    """The exit codes of commands, for use in batch scripts."""
 
     DONE = 0
     UNEXPECTED = 1
@@ -18,21 +18,21 @@ class Exit(IntEnum):
 
 
 class ExpectedError(Exception):
-    """A failure whose message says what to do; the command line prints it and exits with `code`."""
+    """An error whose message says what to do; the command line prints it and exits with `code`."""
 
     code = Exit.USAGE
 
 
 class StorageError(ExpectedError, OSError):
-    """A file that cannot be read or written, or does not read back as it was written."""
+    """A file that cannot be read or written, or whose content differs from what was written."""
 
     code = Exit.STORAGE
 
 
 EXPECTED = (ExpectedError, ExecutorError)
-"""The failures whose message says what to do."""
+"""The errors whose message says what to do."""
 
 
 def code_of(error: ExpectedError | ExecutorError) -> Exit:
-    """Return the exit code of such a failure; where workers were lost, the rest can still come."""
+    """Return the exit code of an expected error; a sweep that lost its workers can be resumed."""
     return error.code if isinstance(error, ExpectedError) else Exit.STOPPED

@@ -1,8 +1,8 @@
-"""The figures that a config can ask for, the function that draws each, and the data it needs.
+"""The figures that a config can name, the function that draws each, and the data it needs.
 
-To add a figure, write the function and add a line here: the schema of configs takes its names from
-this table, and `plot` refuses a file that lacks the data. Drawing functions are named, not
-imported, so that reading a config needs no matplotlib.
+To add a figure, write the function and add a line here. The schema of configs takes the names from
+this table, and `plot` refuses a file that lacks the data. The table names the functions and does
+not import them, so that reading a config needs no matplotlib.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ Data = Literal["sweep", "trajectory", "phases", "fit", "indices"]
 
 @dataclass(frozen=True)
 class FigureEntry:
-    """A figure: `module.function` within `sweeps.figures`, and what it is drawn from.
+    """A figure: `module.function` within `sweeps.figures`, and the data it shows.
 
-    `variables` are those that the file must have. The first figure of each kind of data is drawn
-    where none is asked for.
+    The file must have all `variables`. The first figure for each kind of data is its default.
     """
 
     function: str
@@ -29,7 +28,7 @@ class FigureEntry:
 
     @property
     def drawn(self) -> str:
-        """A phrase for the data that it draws."""
+        """The data that it shows, in words."""
         return {"phases": "the phases of a film", "indices": "Sobol indices"}.get(
             self.data, f"a {self.data}"
         )

@@ -1,4 +1,4 @@
-"""What a file of `stickslip fit` says of its parameters: where `sample: {from: FILE}` draws."""
+"""The parameters in a file of `stickslip fit`, from which `sample: {from: FILE}` draws."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ _NEEDED = ("value", "standard_error", "correlation", "determination")
 
 
 class Fitted(NamedTuple):
-    """The parameters of a fit, the name of its file as it was written, and the file's SHA-256."""
+    """The parameters of a fit, the name of its file as in the config, and the file's SHA-256."""
 
     joint: Joint
     file: str
     sha256: str
 
     def __str__(self) -> str:
-        """Return all that the draws follow from, for their file: mean and covariance."""
+        """Return what determines the draws, for the result file: mean and covariance."""
         joint = self.joint
         names = ", ".join(
             f"ln {name}" if is_log else name
             for name, is_log in zip(joint.names, joint.logarithmic, strict=True)
         )
-        with np.errstate(divide="ignore", invalid="ignore"):  # of the negative ones that are none
+        with np.errstate(divide="ignore"):  # only a parameter on a plain scale may be 0
             logs = np.log(np.abs(joint.middle))
         mean = np.where(joint.logarithmic, logs, joint.middle)
         covariance = joint.correlations * np.outer(joint.deviations, joint.deviations)
@@ -45,12 +45,12 @@ class Fitted(NamedTuple):
 
 
 def fitted_parameters(path: Path, name: str) -> Fitted:
-    """Return what a file of a fit says of its parameters; `name` is the file as it was written.
+    """Return the parameters in the file of a fit; `name` is the name of the file in the config.
 
-    Raises DistributionError where the file cannot be read or is none, and where the data do not
-    determine a parameter; the message is the end of a sentence.
+    Raises DistributionError if the file cannot be read or holds no fit, or if the data do not
+    determine a parameter. The message is the end of a sentence.
     """
-    import netCDF4  # the schema of configs is read without it
+    import netCDF4  # reading the schema of configs does not need it
 
     try:
         require_readable(path)
@@ -73,7 +73,7 @@ def _joint(file: netCDF4.Dataset, name: str) -> Joint:
     needed = ("free_parameter", *(f"parameter_{what}" for what in _NEEDED))
     if lacking := [each for each in needed if each not in file.variables]:
         raise DistributionError(
-            f"must be a file that `stickslip fit` has written; {name} has no {lacking[0]}"
+            f"must be a file written by `stickslip fit`; {name} has no {lacking[0]}"
         )
     file.set_auto_mask(False)
     names = [str(each) for each in file["free_parameter"][...]]
@@ -87,16 +87,16 @@ def _joint(file: netCDF4.Dataset, name: str) -> Joint:
         or not values.shape == errors.shape == codes.shape == (count,) == (len(forms),)
         or correlations.shape != (count, count)
     ):
-        raise DistributionError(f"names {name}, which is not as `stickslip fit` writes files")
+        raise DistributionError(f"names {name}, which is not in the form of `stickslip fit`")
     for parameter, error, code in zip(names, errors, codes, strict=True):
         if code != 0 or not (np.isfinite(error) and error > 0.0):
             raise DistributionError(
                 f"names {name}, whose data do not determine {parameter}: fit the others with "
-                f"{parameter} fixed, and give it a range of its own here"
+                f"{parameter} fixed, and give {parameter} a range here"
             )
     if not (np.isfinite(values).all() and np.isfinite(correlations).all()):
         raise DistributionError(f"names {name}, which lacks values or correlations")
     logarithmic = tuple(form == "logarithmic" for form in forms)
-    # Errors are those of values; the logarithm's are relative.
+    # The file has errors of the values; those of a logarithm are relative.
     deviations = np.where(logarithmic, errors / np.abs(np.where(values, values, 1.0)), errors)
     return Joint(tuple(names), values, deviations, correlations, logarithmic)

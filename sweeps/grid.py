@@ -1,4 +1,4 @@
-"""The numbered points of a sweep: every index stands for a row of parameters."""
+"""The grid of a sweep: points with numbers, and the parameters of each."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from sweeps.config.load import Config
 CASE, DIRECTION = "case", "direction"
 
 DIRECTIONS = ("up", "down")
-"""The two directions along a followed axis, in the order in which they are computed."""
+"""The two directions along a followed axis, in the order of computation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The product of the swept axes and, last, the cases; points are numbered in C order.
+    """The product of the swept axes and, as the last dimension, the cases, in C order.
 
-    `dims` and `shape` are those of the result. Each parameter is either in `coords`, with its
-    dimensions and values, or in `fixed`; with cases there is a further coordinate `case`. If an
-    axis is `followed`, upward and downward, `direction` is one more dimension, the last.
+    The result has the dimensions `dims` and the `shape`. Each parameter is either in `coords`, with
+    its dimension and values, or in `fixed`. A grid with cases also has the coordinate `case`. If an
+    axis is `followed`, upward and downward, `direction` is the last dimension.
     """
 
     dims: tuple[str, ...]
@@ -60,13 +60,13 @@ class Grid:
 
     @property
     def size(self) -> int:
-        """Number of points; 1 if nothing varies."""
+        """The number of points, 1 if nothing varies."""
         return math.prod(self.shape)
 
     def points(self, start: int, stop: int) -> NDArray[np.float64]:
-        """Return the parameters of the points from `start` to before `stop`, as `rows` does.
+        """Return the parameters of the points from `start` up to `stop`, exclusive, as `rows` does.
 
-        Raises IndexError if `start` and `stop` are not a range within the grid.
+        Raises IndexError if the range is not within the grid.
         """
         if not 0 <= start <= stop <= self.size:
             raise IndexError(f"points {start} to {stop} are not within a grid of {self.size}")
@@ -75,10 +75,10 @@ class Grid:
     def rows(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the parameters of the points with these numbers, (n, parameters), in SI units.
 
-        The columns are those of `Parameters._fields`. Time and memory are those for these points,
-        whatever the size of the grid.
+        The columns follow `Parameters._fields`. Time and memory depend on the number of these
+        points, not on the size of the grid.
         """
-        # NumPy has no positions in an array without dimensions.
+        # NumPy finds no positions in an array without dimensions.
         positions = np.unravel_index(indices, self.shape) if self.dims else ()
         along = dict(zip(self.dims, positions, strict=True))
         rows = np.empty((len(indices), len(Parameters._fields)))
@@ -94,7 +94,7 @@ class Grid:
         return np.unique(self.fixed[name] if name in self.fixed else self.coords[name][1])
 
     def lines(self) -> NDArray[np.int64]:
-        """Return the lines of successive points, (lines, points): up, then down again."""
+        """Return the numbers of the points along each line, (lines, points): up, then down."""
         axis = self.dims.index(str(self.followed))
         numbers = np.moveaxis(np.arange(self.size).reshape(self.shape), axis, -2)
         numbers = numbers.reshape(-1, self.shape[axis], len(DIRECTIONS))

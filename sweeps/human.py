@@ -1,4 +1,4 @@
-"""Texts for people: durations, sizes, reasons and spellings, and the streams they go to."""
+"""Texts for people: durations, sizes, reasons and spellings, and a stream for messages."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import difflib
 from collections.abc import Iterable
 from typing import Any, TextIO
 
-_QUOTED = 60  # longer quotations of the user's text make a message unreadable
-_LONGEST_NAME = 60  # letters that are compared: a pasted page would take difflib forever
+_LONGEST_QUOTATION = 60  # longer quotations make a message unreadable
+_LONGEST_NAME = 60  # letters to compare: a pasted page would take difflib forever
 
 
 class Messages:
-    """A stream for messages: where it is closed, full or without a reader, they are lost."""
+    """A stream for messages, which are lost if the stream is closed or full or has no reader."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write, or not."""
-        with contextlib.suppress(OSError, ValueError):  # ValueError: it is closed
+        """Write the text if the stream takes it."""
+        with contextlib.suppress(OSError, ValueError):  # ValueError: the stream is closed
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Have it written, or not."""
+        """Flush the stream if possible."""
         with contextlib.suppress(OSError, ValueError):
             self._stream.flush()
 
@@ -39,7 +39,7 @@ def counted(count: int, noun: str) -> str:
 
 def duration(seconds: float) -> str:
     """Return a duration as text: `8.4 s`, `3 min 20 s`, `2 h 5 min`."""
-    if seconds < 59.95:  # below what would be rounded to 60.0 s
+    if seconds < 59.95:  # more would be rounded to 60.0 s
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
     if minutes < 60:
@@ -57,20 +57,22 @@ def clock(seconds: float) -> str:
 def points_per_time(points_per_second: float) -> str:
     """Return a rate in a suitable unit: `8.5 points/s`, `1.3 points/min`, `0.2 points/h`."""
     rate = points_per_second
-    for unit in ("s", "min", "h"):
-        if rate >= 0.1 or unit == "h":
-            break
+    for unit in ("s", "min"):
+        if rate >= 0.1:
+            return f"{rate:.1f} points/{unit}"
         rate *= 60.0
-    return f"{rate:.1f} points/{unit}"
+    return f"{rate:.1f} points/h"
 
 
 def size_text(count: float) -> str:
     """Return a number of bytes as text: `512 bytes`, `1.5 MiB`."""
-    for unit in ("bytes", "KiB", "MiB", "GiB"):
-        if count < 1024 or unit == "GiB":
-            break
+    if count < 1024:
+        return f"{count:.0f} bytes"
+    for unit in ("KiB", "MiB"):
         count /= 1024
-    return f"{count:.0f} {unit}" if unit == "bytes" else f"{count:.1f} {unit}"
+        if count < 1024:
+            return f"{count:.1f} {unit}"
+    return f"{count / 1024:.1f} GiB"
 
 
 def reason(error: BaseException) -> str:
@@ -79,12 +81,12 @@ def reason(error: BaseException) -> str:
 
 
 def shortened(text: str) -> str:
-    """Return the beginning of `text`, as much as fits into a line of the report."""
-    return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"
+    """Return `text`, or its beginning if it is too long for a line of a report."""
+    return text if len(text) <= _LONGEST_QUOTATION else text[: _LONGEST_QUOTATION - 1] + "…"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return ` (did you mean 'temperature'?)` if a known name is close to `name`, else nothing."""
+    """Return ` (did you mean 'temperature'?)` if a known name is close to `name`, else ``."""
     names = {candidate.lower(): candidate for candidate in known}
     written = name[:_LONGEST_NAME].lower()
     begun = [candidate for candidate in names if len(written) > 2 and candidate.startswith(written)]
@@ -93,9 +95,10 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text with control characters escaped for a terminal, except line ends."""
-
-    def escaped(character: str) -> str:
-        return character.encode("unicode_escape", "surrogatepass").decode()
-
-    return "".join(c if c.isprintable() or c == "\n" else escaped(c) for c in text)
+    """Return a text whose control characters, except line ends, are escaped for a terminal."""
+    return "".join(
+        character
+        if character.isprintable() or character == "\n"
+        else character.encode("unicode_escape", "surrogatepass").decode()
+        for character in text
+    )

@@ -1,8 +1,8 @@
-"""The identity of points: when two computations are the same.
+"""The identity of points: which computations are the same.
 
-A point is the same if all its parameters are equal as floats and the settings below are equal: then
-it has the same key, in whichever grid it lies. Title, output, execution, plot and simulation never
-enter, nor does an edit of the sources that changes no number.
+Two points are the same if all their parameters are equal as floats and the settings below are
+equal. They then have the same key, even in different grids. Title, output, execution, plot and
+simulation never enter a key, nor does a change of the sources that changes no number.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from sweeps.grid import Grid
 
 Settings = Mapping[str, Any]
 
-_PIECE = 1 << 14  # points whose keys are made together
-_NEAR = 1e-9  # relative: closer values differ by rounding rather than by intention
+_AT_ONCE = 1 << 14  # points whose keys are computed together
+_NEAR = 1e-9  # relative; values closer than this differ by rounding, not by intention
 
 
 def settings_of(config: Config) -> Settings:
-    """Return the settings that, besides its parameters, determine a point, by dotted name."""
-    parts = config.defining().items()
-    flat = {f"{name}.{key}": value for name, part in parts for key, value in part.items()}
-    followed = {"follow": config.follow} if config.follow else {}  # refined points are the same
-    return flat | followed
+    """Return the settings that determine a point besides its parameters, by dotted name."""
+    sections = config.defining().items()
+    flat = {f"{name}.{key}": value for name, section in sections for key, value in section.items()}
+    # `refine` is no setting: it leaves the points as they are.
+    return flat | ({"follow": config.follow} if config.follow else {})
 
 
 def differences(old: Settings, new: Settings) -> list[str]:
-    """Return a line for each setting that differs, as `integrator.rtol: 1e-06 -> 1e-05`."""
+    """Return a line for each setting that differs, such as `integrator.rtol: 1e-06 -> 1e-05`."""
     return [
         f"{name}: {old.get(name, 'not set')} -> {new.get(name, 'not set')}"
         for name in dict.fromkeys([*old, *new])
@@ -45,11 +45,12 @@ def differences(old: Settings, new: Settings) -> list[str]:
 
 
 class PointKeys:
-    """The keys of a grid's points, and the points by their keys.
+    """The keys of the points of a grid, and the search for points by key.
 
-    A key encodes a point's parameters, non-default `settings` and the numerics version; on a
-    followed line also the parameters of all earlier points, unless points are computed `alone`.
-    Repeated cases in a config are refused, so each grid point has its own key.
+    A key encodes the parameters of a point, all `settings` that differ from the defaults, and the
+    numerics version. On a followed line it also encodes the parameters of all earlier points,
+    unless the points are taken `alone`. All keys of a grid differ, since a config cannot repeat
+    cases.
     """
 
     def __init__(
@@ -73,14 +74,14 @@ class PointKeys:
     def find(self, keys: Keys) -> NDArray[np.int64]:
         """Return, for each key (n, 2), the number (n,) of its point, or -1 if the grid has none.
 
-        This takes eight bytes of memory for each point of the grid until they are released.
+        The search takes eight bytes of memory for each point of the grid, until `release`.
         """
         found = np.full(len(keys), -1)
         if not len(keys):
             return found
         words, mask = self._sorted
         sought = keys[:, 0] & ~mask
-        left = np.argsort(sought)  # neighbours are found in the same part of the memory
+        left = np.argsort(sought)  # neighbours lie in the same part of the memory
         place = np.empty(len(keys), dtype=np.int64)
         place[left] = np.searchsorted(words, sought[left])
         while len(left := left[place[left] < len(words)]):
@@ -94,28 +95,28 @@ class PointKeys:
         return found
 
     def release(self) -> None:
-        """Give back the memory that finding takes; who finds again sorts the points again."""
+        """Free the memory of `find`, whose next call sorts the points again."""
         self.__dict__.pop("_sorted", None)
 
     def numbers_of(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the number (n,) of each of some points (n, parameters), as `find` does.
+        """Return the numbers (n,) of points (n, parameters), as `find` does.
 
-        They are each taken alone: of the two directions of a followed line that is the upward one.
+        Each point is taken alone, which on a followed line means its upward direction.
         """
         return self.find(keys_of_points(points, self._secret))
 
     @cached_property
     def _sorted(self) -> tuple[NDArray[np.uint64], np.uint64]:
-        """The points in the order of their keys, a word for each, and a mask.
+        """A word for each point, in the order of the keys, and a mask.
 
-        The last bits of a word, those of the mask, are the number of the point, the others those of
-        its key: so it is sorted where it lies.
+        The bits of a word under the mask are the number of the point, the others come from its key.
+        The words can therefore be sorted in place.
         """
         size = self._grid.size
         mask = np.uint64((1 << size.bit_length()) - 1)
         words = np.empty(size, dtype=np.uint64)
-        for first in range(0, size, _PIECE):
-            numbers = np.arange(first, min(first + _PIECE, size))
+        for first in range(0, size, _AT_ONCE):
+            numbers = np.arange(first, min(first + _AT_ONCE, size))
             words[numbers] = self.of(numbers)[:, 0] & ~mask | numbers.astype(np.uint64)
         words.sort()
         return words, mask
@@ -125,8 +126,9 @@ class PointKeys:
         """The keys (size, 2) of all points of followed lines."""
         keys = np.empty((self._grid.size, 2), dtype=np.uint64)
         lines = self._grid.lines()
-        at_once = max(_PIECE // lines.shape[1], 1)
-        for some in (lines[first : first + at_once] for first in range(0, len(lines), at_once)):
+        at_once = max(_AT_ONCE // lines.shape[1], 1)
+        for first in range(0, len(lines), at_once):
+            some = lines[first : first + at_once]
             points = self._grid.rows(some.ravel())
             keys[some] = keys_of_lines(points.reshape(*some.shape, -1), self._secret)
         return keys
@@ -134,12 +136,12 @@ class PointKeys:
 
 @cache
 def _defaults() -> Settings:
-    """Return the settings of a config that says nothing of them."""
+    """Return the settings of an empty config."""
     return settings_of(from_mapping({}))
 
 
 def near_duplicates(old: Grid, new: Grid) -> list[str]:
-    """List values of the new grid that differ from old ones by rounding, yet are other points."""
+    """Return pairs of values, old and new, that differ only by rounding, so that points differ."""
     pairs = []
     for name in (*new.fixed, *new.coords):
         if (name not in old.fixed and name not in old.coords) or name not in PARAMETERS:

@@ -1,4 +1,4 @@
-"""Text files that people write: what a config or a table may be, and the cells of a table."""
+"""Text files that people write: how configs and tables are read, and the cells of a table."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from sweeps.human import counted, reason, shortened
 Floats: TypeAlias = NDArray[np.float64]
 
 _MIB = 1 << 20
-_MOST_MIB = 4  # of a table: a hundred thousand rows
-_MOST_COLUMNS = 1000  # each unknown name is compared with all known ones
-_SHOWN = 20  # mistakes that are told in one go
+_MOST_MIB = 4  # the largest table: a hundred thousand rows
+_MOST_COLUMNS = 1000  # each unknown name is compared with all known names
+_SHOWN = 20  # mistakes shown at once
 
 _MISSING = re.compile(r"#?n[./]?[ad]\.?n?|[-\u2013\u2014.?*]+|none|null|missing", re.IGNORECASE)
 _WITH_UNIT = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?\s*[^\d\s.,eE].*")
 
 
 class NotTextError(ValueError):
-    """A file that is not text in UTF-8, which ends to be so in `line`."""
+    """A file that is not UTF-8 text; the first wrong byte is in `line`."""
 
     def __init__(self, line: int) -> None:
         super().__init__("is not UTF-8 text; save the file in the encoding UTF-8")
@@ -37,23 +37,23 @@ class NotTextError(ValueError):
 
 
 class DataError(ExpectedError, ValueError):
-    """A table that cannot be used; the message has a line for each mistake."""
+    """A table with mistakes; the message has a line for each."""
 
 
 class UnreadableError(DataError):
-    """A table in a file that cannot be read."""
+    """The file of a table cannot be read."""
 
     code = Exit.STORAGE
 
 
 def text_of(path: Path, most: int, kind: str) -> str:
-    """Return the text of a regular file, which as a `kind` of input has at most `most` MiB.
+    """Return the text of a regular file of at most `most` MiB; `kind` names it in messages.
 
-    A UTF-8 byte order mark, as some editors write it, is left out. Raises OSError where the file
-    cannot be read, and NotTextError.
+    A UTF-8 byte order mark, which some editors write, is left out. Raises NotTextError for another
+    encoding, and OSError if the file cannot be read.
     """
     if path.exists() and not path.is_file():
-        # Opening a FIFO would wait for its writer forever; a device may never end.
+        # A FIFO would wait for its writer forever, and a device may have no end.
         raise OSError(None, "it is not a regular file")
     try:
         with path.open("rb") as file:
@@ -70,10 +70,10 @@ def text_of(path: Path, most: int, kind: str) -> str:
 
 @dataclass
 class Cells:
-    """The cells of a table, texts or numbers, below their names, and the mistakes so far.
+    """The cells of a table, texts or numbers, the names of the columns, and the mistakes so far.
 
-    `lines` are the numbers of the rows in the file, and `head` that of the names; a table in Python
-    has no `source`, its rows count from 0, and it has no `head`.
+    `lines` are the line numbers of the rows in the file, and `head` is the line of the names. For a
+    table in Python `source` is empty, `head` is None, and rows are counted from 0.
     """
 
     source: str
@@ -84,7 +84,7 @@ class Cells:
     _problems: list[tuple[int, str]] = field(default_factory=list)
 
     def refuse(self, what: str, line: int | None = None, column: str = "") -> None:
-        """Note a mistake."""
+        """Note a mistake in the table, in a line, or in a cell."""
         place = self.source or "table"
         if line is not None:
             place = f"{self.source}:{line}" if self.source else f"row {line}"
@@ -92,19 +92,19 @@ class Cells:
         self._problems.append((line or 0, f"{where}: {what}"))
 
     def raise_problems(self) -> None:
-        """Raise DataError if there were mistakes."""
+        """Raise DataError if there are mistakes."""
         if self._problems:
-            said = [what for _, what in sorted(self._problems, key=lambda problem: problem[0])]
-            more = [f"... and {len(said) - _SHOWN} more"] if len(said) > _SHOWN else []
-            raise DataError("\n".join([*said[:_SHOWN], *more]))
+            texts = [text for _, text in sorted(self._problems, key=lambda problem: problem[0])]
+            more = [f"... and {len(texts) - _SHOWN} more"] if len(texts) > _SHOWN else []
+            raise DataError("\n".join([*texts[:_SHOWN], *more]))
 
     def columns(
         self, places: Mapping[str, int], number: Callable[[Any, str], float]
     ) -> dict[str, Floats]:
-        """Return the numbers (rows,) of the columns at these places, by their names there.
+        """Return the numbers (rows,) of some columns, whose positions are given by name.
 
-        Each is what `number` makes of a cell and that name, which raises ValueError. Raises
-        DataError with all mistakes, rows that lack cells among them.
+        `number` converts a cell of the column of this name, or raises ValueError. Raises DataError
+        with all mistakes, including rows that lack cells.
         """
         columns = {name: np.full(len(self.cells), np.nan) for name in places}
         for row, (line, cells) in enumerate(zip(self.lines, self.cells, strict=True)):
@@ -124,15 +124,16 @@ class Cells:
 def table_of(path: Path) -> Cells:
     """Return the table in a CSV file.
 
-    Lines that begin with `#` are comments; where the first row has numbers, its names are in the
-    last comment before it, as `numpy.savetxt` writes them. Raises DataError.
+    Lines that begin with `#` are comments. If the first row holds numbers, the names are in the
+    last comment above it, where `numpy.savetxt` writes them. Raises DataError.
     """
     rows = _rows(path)
-    body = [row for row in rows if not _is_comment(row[1][0])]
+    # `#N/A` is a missing value.
+    body = [row for row in rows if not row[1][0].startswith("#") or _MISSING.fullmatch(row[1][0])]
     if body and _holds_numbers(body[0][1]):
         body.insert(0, _names_in_comment(path, rows, body[0]))
     if len(body) < 2:
-        raise DataError(f"{path} holds no data: a line of names comes first, then the values")
+        raise DataError(f"{path} holds no data; it needs a line of names, then the values")
     (head, header), *values = body
     if len(header) == 1 and re.search(r"[;\t]", header[0]):
         raise DataError(
@@ -145,7 +146,7 @@ def table_of(path: Path) -> Cells:
 
 
 def number_in(cell: Any, *, may_be_empty: bool = False) -> float:
-    """Return the number in a cell, NaN for one that may be empty and is; raises ValueError."""
+    """Return the number in a cell, NaN if it is empty and may be; raises ValueError."""
     if cell == "":
         if may_be_empty:
             return math.nan
@@ -168,10 +169,10 @@ def number_in(cell: Any, *, may_be_empty: bool = False) -> float:
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Return the rows of a CSV file that are not empty, with their lines; raises DataError."""
+    """Return the rows of a CSV file that are not empty, with line numbers; raises DataError."""
     try:
         text = text_of(path, _MOST_MIB, "table")
-        if "\0" in text:  # as UTF-16 without a mark has, which is UTF-8 to the decoder
+        if "\0" in text:  # UTF-16 without a mark, which decodes as UTF-8
             raise NotTextError(text.count("\n", 0, text.index("\0")) + 1)
     except OSError as error:
         raise UnreadableError(f"{path} cannot be read: {reason(error)}") from None
@@ -180,7 +181,7 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True)
     try:
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
-    except csv.Error:  # it reads all else as some cell
+    except csv.Error:  # a cell too long; the reader takes everything else
         raise DataError(
             f"{path}:{reader.line_num}: a cell has more than {csv.field_size_limit()} characters; "
             "is a closing quote missing?"
@@ -188,13 +189,8 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     return [(line, cells) for line, cells in rows if any(cells)]
 
 
-def _is_comment(first: str) -> bool:
-    """Tell whether a row that begins with this cell is a comment; `#N/A` is a missing value."""
-    return first.startswith("#") and not _MISSING.fullmatch(first)
-
-
 def _holds_numbers(cells: list[str]) -> bool:
-    """Tell whether a row has numbers where names belong; cells may be separated by spaces."""
+    """Return whether a row has numbers only; they may be separated by spaces."""
     try:
         return bool([number_in(word) for cell in cells for word in cell.split()])
     except ValueError:
@@ -204,7 +200,7 @@ def _holds_numbers(cells: list[str]) -> bool:
 def _names_in_comment(
     path: Path, rows: list[tuple[int, list[str]]], first: tuple[int, list[str]]
 ) -> tuple[int, list[str]]:
-    """Return the names above the first row of numbers, which are in a comment; raises DataError."""
+    """Return the names in a comment above the first row of numbers; raises DataError."""
     above, (line, numbers) = rows[: rows.index(first)], first
     if len(numbers) == 1 and " " in numbers[0]:
         raise DataError(f"{path}:{line}: cells are separated by commas, not by spaces")
@@ -212,5 +208,5 @@ def _names_in_comment(
         if len(cells) == len(numbers):
             return place, [cells[0].lstrip("#").strip(), *cells[1:]]
     raise DataError(
-        f"{path}:{line}: holds numbers; a line with the names of the columns is missing"
+        f"{path}:{line}: holds numbers; a line with the names of the columns is missing above it"
     )

@@ -1,4 +1,4 @@
-"""Measurements as a table: parameters, measured variables and their errors as columns."""
+"""Tables of measurements, with parameters, measured variables and their errors as columns."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ if TYPE_CHECKING:
 __all__ = ["DataError", "Floats", "Measurements", "read_data"]
 
 _ERROR = "_error"
-# The variables that can be measured: those with a unit, but no errors.
+# Variables that can be measured: floats with a unit, but no errors.
 _MEASURABLE = [
     name
     for name, variable in RESULTS.items()
     if variable.dtype == "f8" and variable.unit and not name.endswith(_ERROR)
 ]
-# A unit behind a name, and parts of the names that errors have in a laboratory.
+# A unit after a name, and parts of the names that laboratories give to errors.
 _UNIT = re.compile(r"\s*[(\[/].*$")
 _ERRORS = ("err", "std", "sd", "uncert", "sigma", "df", "±")
 
 
 @dataclass(frozen=True)
 class Measurements:
-    """Measurements: parameters (rows,) of each row, and data (n,) that lie on rows.
+    """Measurements: the parameters (rows,) of each row, and data (n,) that belong to rows.
 
-    `variable` and `row` tell for each datum what was measured, and where. `error` is the standard
-    error, in the unit of the variable; where `relative`, none was given, and it is the value, so
-    that all errors have a common unknown factor.
+    `variable` and `row` are the measured variable and the row of each datum. `error` is the
+    standard error in the unit of the variable. If `relative`, the table has no errors, and `error`
+    is the absolute value of the datum, so that all errors have a common unknown factor.
     """
 
     parameters: Mapping[str, Floats]
@@ -60,17 +60,18 @@ class Measurements:
 
     @property
     def rows(self) -> int:
-        """The number of rows, each of one point."""
+        """The number of rows; each is one point."""
         return len(next(iter(self.parameters.values()))) if self.parameters else 1
 
 
 def read_data(source: Table) -> Measurements:
-    """Return the measurements of a CSV file, a DataFrame or a dict of columns.
+    """Return the measurements in a CSV file, a DataFrame or a dict of columns.
 
-    Columns are parameters, measured variables and, with `_error` behind the name of one, its
-    standard errors, by names or symbols, in SI units. Empty cells were not measured.
+    Columns are parameters and measured variables, by name or symbol, in SI units. A column of
+    standard errors has the name of its variable followed by `_error`. An empty cell means that
+    nothing was measured.
 
-    Raises DataError, which names all mistakes at once.
+    Raises DataError with all mistakes at once.
     """
     table = table_of(path_of(source)) if isinstance(source, (str, Path)) else _in_python(source)
     roles = _roles(table)
@@ -82,15 +83,13 @@ def read_data(source: Table) -> Measurements:
         for row in np.flatnonzero(~np.isnan(columns[name])).tolist():
             data.append((name, row, columns[name][row], errors[row]))
             if not errors[row] > 0:
-                remedy = (
-                    "errors are relative to the values" if relative else "a value needs its error"
-                )
+                why = "errors are relative to the values" if relative else "a value needs its error"
                 column = table.header[roles[name]]
-                what = f"a value without an error ({remedy}); fill the column {column}{_ERROR}"
-                table.refuse(what, table.lines[row], column)
+                mistake = f"a value without an error ({why}); fill the column {column}{_ERROR}"
+                table.refuse(mistake, table.lines[row], column)
     table.raise_problems()
     if not data:
-        raise DataError("no value was measured: all their cells are empty")
+        raise DataError("no value was measured: all cells of measured variables are empty")
     names, rows, values, uncertainties = zip(*data, strict=True)
     return Measurements(
         parameters={role: columns[role] for role in roles if role in PARAMETERS},
@@ -122,9 +121,9 @@ def _in_python(source: Any) -> Cells:
 
 
 def _roles(table: Cells) -> dict[str, int]:
-    """Return the place of each column by its role, a full name, with `_error` behind it.
+    """Return the position of each column by its role: a full name, with `_error` for errors.
 
-    Raises DataError with all mistakes of the names.
+    Raises DataError with all mistakes in the names.
     """
     roles: dict[str, int] = {}
     for place, name in enumerate(table.header):
@@ -138,21 +137,21 @@ def _roles(table: Cells) -> dict[str, int]:
     measured = [role for role in roles if role in _MEASURABLE]
     for role in roles:
         if role.endswith(_ERROR) and role.removesuffix(_ERROR) not in measured:
-            what = f"there is no column {role.removesuffix(_ERROR)} that these are the errors of"
-            table.refuse(what, table.head, role)
+            mistake = f"there is no column {role.removesuffix(_ERROR)} that these errors belong to"
+            table.refuse(mistake, table.head, role)
     if not measured:
         known = ", ".join(f"{name} ({RESULTS[name].symbol})" for name in _MEASURABLE)
         table.refuse(f"no column is a measured variable; there are {known}", table.head)
     lacking = [name for name in measured if name + _ERROR not in roles]
     if 0 < len(lacking) < len(measured):
-        what = "give errors of all measured variables or of none; there are none of"
-        table.refuse(f"{what} {', '.join(lacking)}", table.head)
+        mistake = "give errors of all measured variables or of none; there are none of"
+        table.refuse(f"{mistake} {', '.join(lacking)}", table.head)
     table.raise_problems()
     return roles
 
 
 def _role(name: str) -> str | None:
-    """Return the full name of a column, None where there is none."""
+    """Return the full name of a column, or None for an unknown one."""
     if parameter := canonical_name(name):
         return parameter
     bare = name.removesuffix(_ERROR)
@@ -161,19 +160,19 @@ def _role(name: str) -> str | None:
 
 
 def _unknown(name: str) -> str:
-    """Return what is wrong with the name of a column, and what may be meant."""
+    """Return a complaint about the unknown name of a column, with a known name that is close."""
     bare = _UNIT.sub("", name)
-    units = "" if bare == name else "; a name has no unit, since all values are in SI units"
+    no_unit = "" if bare == name else "; a name has no unit, since all values are in SI units"
     measured = [*_MEASURABLE, *(RESULTS[each].symbol for each in _MEASURABLE)]
     known = [*PARAMETERS, *BY_SYMBOL, *measured, *(each + _ERROR for each in measured)]
     meant = _meant(bare.lower())
     hint = f" (did you mean {meant!r}?)" if meant else did_you_mean(bare, known)
-    what = "is neither a parameter nor a measured variable nor the error of one"
-    return what + (hint + units or "; rename it or leave it out")
+    complaint = "is neither a parameter nor a measured variable nor the error of one"
+    return complaint + (hint + no_unit or "; rename it or leave it out")
 
 
 def _meant(word: str) -> str:
-    """Return the column that a word of a laboratory stands for; empty for other words."""
+    """Return the column that a word used in laboratories stands for, or ``."""
     measured = "elastic_stress_amplitude" if "stress" in word else "F_max"
     if any(part in word for part in _ERRORS):
         return measured + _ERROR
@@ -182,17 +181,15 @@ def _meant(word: str) -> str:
 
 
 def _number(cell: Any, role: str) -> float:
-    """Return the number in a cell; raises ValueError."""
+    """Return the number in a cell of a column with this role; raises ValueError."""
     value = number_in(cell, may_be_empty=role not in PARAMETERS)
     if math.isnan(value):
         return value
     if role in PARAMETERS:
-        complaint = PARAMETERS[role].complaint(value)
-    elif role.endswith(_ERROR):
-        good = math.isfinite(value) and value > 0
-        complaint = None if good else f"must be greater than 0, not {value!r}"
-    else:
-        complaint = None if math.isfinite(value) else f"must be a finite number, not {value!r}"
-    if complaint:
-        raise ValueError(complaint)
+        if complaint := PARAMETERS[role].complaint(value):
+            raise ValueError(complaint)
+    elif math.isinf(value):
+        raise ValueError(f"must be a finite number, not {value!r}")
+    elif role.endswith(_ERROR) and not value > 0:
+        raise ValueError(f"must be greater than 0, not {value!r}")
     return value

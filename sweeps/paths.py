@@ -1,4 +1,4 @@
-"""Paths as people write them: `~`, `$SCRATCH`, and those that mean nothing on this system."""
+"""Paths as people write them: with `~`, with `$SCRATCH`, or of another system."""
 
 from __future__ import annotations
 
@@ -15,36 +15,34 @@ _WINDOWS = re.compile(r"[A-Za-z]:[\\/]")
 def expanded(path: str | os.PathLike[str]) -> str:
     """Return a path with the home folder for `~`, and the values of `$NAME` and `${NAME}`.
 
-    Raises ValueError for a variable that is not set, an address, and a path of Windows elsewhere:
-    each of them would make a folder with an odd name.
+    Raises ValueError for a variable that is not set, for a URL, and for a Windows path on another
+    system: each would create a folder with an odd name.
     """
     text = os.fspath(path)
     for match in _VARIABLE.finditer(text):
         name = match[1].strip("{}")
         if not os.environ.get(name):
             raise ValueError(
-                f"has {match[0]}, a variable of the environment that is not set here; set it, or "
-                "write the path without it"
+                f"has {match[0]}, an environment variable that is not set here; set it, or write "
+                "the path without it"
             )
     if _ADDRESS.match(text):
         raise ValueError("is a URL; give a file on this machine, such as results/mine.nc")
     if os.sep == "/" and (_WINDOWS.match(text) or "\\" in text):
-        raise ValueError(
-            "is a path of Windows; here folders are parted by / (and C:\\ is /mnt/c/ in WSL)"
-        )
+        raise ValueError("is a Windows path; here / separates folders (and C:\\ is /mnt/c/ in WSL)")
     text = os.path.expandvars(text)
     try:
         return str(Path(text).expanduser()) if text.startswith("~") else text
     except RuntimeError:
-        raise ValueError(f"has {text.partition('/')[0]}, the home folder of nobody here") from None
+        raise ValueError(f"has {text.partition('/')[0]}, a home folder that nobody has") from None
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:
-    """Return the file that is called so or, where there is none, the `expanded` path.
+    """Return the path of an existing file as it is, and any other path `expanded`.
 
-    Raises ValueError, with the path in its message.
+    Raises ValueError with the path in its message.
     """
-    with contextlib.suppress(OSError):  # a name that is too long, or in a folder of others
+    with contextlib.suppress(OSError):  # a name too long, or in a folder that we may not read
         if Path(path).exists():
             return Path(path)
     try:

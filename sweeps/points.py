@@ -1,4 +1,4 @@
-"""The points of a result, computed again from the file or Dataset alone: orbits and motions."""
+"""Points of a result, computed again from the file or Dataset alone: orbits and motions."""
 
 from __future__ import annotations
 
@@ -41,33 +41,32 @@ if TYPE_CHECKING:
 
 Start = Literal["initial", "stationary"]
 
-# They show that a point was computed with other settings, and have no other unit to convert to.
+# They reveal that a point was computed with other settings, and nobody converts their units.
 _TELLTALE = ("status", "periods_integrated", "amplitude_error")
-_ROUNDED = 1e-5  # relative: a Dataset in single precision is the same
+_ROUNDED = 1e-5  # relative; a Dataset in single precision counts as the same
 
-# Drive periods that are shown of an orbit that does not close, and of one that was not found.
+# Drive periods to show of an orbit that does not close, and of a point without an orbit.
 _APERIODIC_PERIODS, _FAILED_PERIODS = 20, 6
 
 _OWN_DIMS = {*PARAMETERS, CASE, DIRECTION}
-_IN_PAPER = {name for name, parameter in PARAMETERS.items() if parameter.in_paper}
 
-
-# What the points of files that are of another version, or were edited, have raised.
+# Errors seen at points of files that another version wrote or somebody edited.
 _OBSTACLES = (ExpectedError, IntegrationError, NoiseError, ArithmeticError, ValueError)
 
 
 class PointError(ExpectedError, ValueError):
-    """No one point of a result is meant, or it cannot be computed again; the message says why."""
+    """A point that is not unique or cannot be computed again; the message says why."""
 
 
 @dataclass(frozen=True, repr=False)
 class Point:
-    """A point of a result, which can be computed again; made by `point_of`.
+    """A point of a result that can be computed again; `point_of` makes it.
 
-    `config` asks for this point alone; `where` names it in words. `stored` are the values of its
-    result variables, as the file has them; `before` (n, parameters) the points of a followed line
-    that lead to it. `versions` names what the numbers depend on and is different here. Of a `loose`
-    point, from a Dataset that may be made of several results, the config may be that of another.
+    `config` is the config of this point alone, and `where` describes the point in words. `stored`
+    has the values of its result variables in the file, and `before` (n, parameters) the earlier
+    points of a followed line. `versions` has a sentence for each version that differs here and that
+    the numbers depend on. A `loose` point comes from a Dataset that may be made of several results,
+    so that its config may belong to another one.
     """
 
     config: Config
@@ -97,12 +96,12 @@ class Point:
 
     @property
     def is_comparable(self) -> bool:
-        """True if the file holds numbers that were computed for this point."""
+        """Whether the numbers in the file were computed for this point."""
         return self.status not in (Status.INTERPOLATED, Status.PENDING)
 
     @cached_property
     def _start(self) -> NDArray[np.float64]:
-        """The state (final columns,) that it starts from; NaN for the one of its parameters."""
+        """The state (final columns,) at the start, NaN if the parameters give the start."""
         return start_after(self.before, options_of(self.config))
 
     @cached_property
@@ -112,25 +111,25 @@ class Point:
         return rows[0], finals[0]
 
     def orbit(self) -> Orbit:
-        """The stationary orbit, computed again: the bits of the file, by the same version.
+        """Compute the stationary orbit again; the same version gives the same bits as the file.
 
-        Raises PointError if the config of the Dataset is not the one of its numbers.
+        Raises PointError if the numbers of the Dataset were computed with another config.
         """
-        # The stored values may have been made with other settings than those of the config.
+        # The stored values may have been computed with other settings than the config says.
         for name, (stored, computed) in self.differences().items() if self.loose else ():
             near = np.isclose(stored, computed, rtol=_ROUNDED, atol=0.0)
             if name in _TELLTALE and not near and not self.versions:
                 raise PointError(
-                    f"{self.where}: the Dataset has {name} {stored:g}, and its config gives "
-                    f"{computed:g}: it was made of results with other settings, or changed; take "
-                    "the point from the result that it comes from"
+                    f"{self.where}: the Dataset has {name} {stored:g}, but its config gives "
+                    f"{computed:g}: it was made from results with other settings, or changed; take "
+                    "the point from its original result"
                 )
         return orbit_of_row(*self._computed)
 
     def differences(self) -> dict[str, tuple[float, float]]:
-        """The result variables whose computed value is not the stored one, with (stored, computed).
+        """Return (stored, computed) of the result variables whose computed value is another one.
 
-        A point that was interpolated is compared in nothing.
+        The result is empty for an interpolated point, which has nothing to compare.
         """
         if not self.is_comparable:
             return {}
@@ -146,11 +145,12 @@ class Point:
     def simulate(
         self, periods: int | None = None, start: Start | None = None, samples_per_period: int = 2000
     ) -> xr.Dataset:
-        """The time courses, as of `stickslip.simulate`.
+        """Return the time courses, as `stickslip.simulate` does.
 
-        `start` is the orbit ('stationary') or the state in which the point began ('initial'); left
-        out, the orbit where there is one. `periods` left out: until the orbit closes, 20 of one
-        that does not, 6 where none was found.
+        `start` is 'stationary', on the orbit, or 'initial', in the state in which the sweep started
+        this point. By default the motion starts on the orbit if there is one. `periods` is by
+        default the number after which the orbit closes, 20 for an orbit that does not close, and 6
+        without an orbit.
 
         Raises IntegrationError if the motion cannot be followed.
         """
@@ -168,9 +168,10 @@ class Point:
         return course.isel({REALIZATION: 0}) if REALIZATION in course.dims else course
 
     def stroboscopic(self, periods: int = 200) -> xr.Dataset:
-        """The states of the lower block at the beginnings of drive periods, from the start on.
+        """Return the states of the lower block at the beginning of each drive period.
 
-        Variables of `variables.STROBOSCOPIC` along `period`. Raises IntegrationError.
+        The Dataset has the variables of `variables.STROBOSCOPIC` along `period`, from the start on.
+        Raises IntegrationError.
         """
         course = self.simulate(periods, "initial", samples_per_period=1)
         names = {"lower_displacement": "displacement", "lower_velocity": "velocity"}
@@ -184,13 +185,13 @@ class Point:
         return ds
 
     def replay(self, periods: int | None = None, start: Start | None = None) -> xr.Dataset:
-        """The time courses as of `simulate`, with the stroboscopic map of the way there."""
+        """Return the time courses of `simulate`, and the stroboscopic map from the start on."""
         return self.simulate(periods, start).merge(self.stroboscopic(), combine_attrs="override")
 
     def portrait(self, periods: int | None = None, *, ax: Axes | None = None) -> Figure | Axes:
-        """The phase portrait of the orbit: velocity of the lower block against its displacement.
+        """Return the phase portrait of the orbit: velocity of the lower block over displacement.
 
-        It is drawn into `ax` where axes are given, which then are returned.
+        If you pass axes `ax`, the portrait is drawn into them, and they are returned.
         """
         from sweeps.figures import Look, PlotOptions, draw
         from sweeps.figures.save import displayed
@@ -202,9 +203,9 @@ class Point:
 
 @dataclass(frozen=True)
 class Motion:
-    """The time courses at a point: over its orbit or, where it has none, from its start.
+    """The time courses at a point: over its orbit or, without an orbit, from the start.
 
-    `courses` is None where they cannot be computed; `obstacle` says why.
+    If they cannot be computed, `courses` is None and `obstacle` gives the reason.
     """
 
     point: Point
@@ -219,13 +220,13 @@ def motions(
     workers: int | None = None,
     on_motion: Callable[[], None] = lambda: None,
 ) -> list[Motion]:
-    """Return the motion at some points of a result, computed in threads, in their order.
+    """Return the motions at some points of a result, in their order, computed in threads.
 
-    `places` say where the points are along the dimensions of `ds`. `on_motion` is called, in any
-    thread, whenever one is finished. The first is computed alone: the others find the kernels
-    compiled.
+    `places` are the positions of the points along the dimensions of `ds`. `on_motion` is called
+    after each motion, in any thread. The first motion is computed alone, so that the others find
+    the kernels compiled.
 
-    Raises PointError if `ds` is no result of a sweep, or of one that cannot be computed here.
+    Raises PointError if `ds` is not the result of a sweep, or cannot be computed here.
     """
 
     def computed(point: Point) -> Motion:
@@ -243,7 +244,7 @@ def motions(
 
 
 def _remember_lines(points: Sequence[Point]) -> None:
-    """Follow each line once, however many of its points there are, and many lines at a time."""
+    """Follow each line once, whatever the number of its points, and many lines at a time."""
     lines: dict[bytes, NDArray[np.float64]] = {}
     for point in points:
         first = point.before[:1].tobytes()
@@ -254,22 +255,22 @@ def _remember_lines(points: Sequence[Point]) -> None:
 
 
 def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
-    """The point of a result that names and values choose, each the nearest of its axis.
+    """Return the point of a result that lies nearest to the given values of its axes.
 
     Parameters
     ----------
     ds
-        The result of a sweep, whole or a part of it that `sel` or `isel` chose.
+        The result of a sweep, or a part chosen with `sel` or `isel`.
     at
         Texts such as `temperature=228`, by name or symbol, in SI units.
     where
-        The same as keywords; `case` and `direction` choose as well.
+        The same as keywords; `case` and `direction` are axes too.
 
     Raises
     ------
     PointError
-        The dataset is no result of a sweep; an axis is unknown, or left to be chosen; a value is
-        far off its axis.
+        The dataset is not the result of a sweep; an axis is unknown, or has no value yet; a value
+        is far off its axis.
     """
     if "config" not in ds.attrs or "status" not in ds.variables:
         raise PointError("this is no result of a sweep: it lacks a config, or a status")
@@ -279,34 +280,34 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
     except ValueError as error:
         raise PointError(str(error)) from None
     _refuse_open_axes(ds, place)
-    point = _point(ds.isel(place).squeeze().compute())  # of arrays of dask, this point alone
+    point = _point(ds.isel(place).squeeze().compute())  # dask computes this point alone
     if stacked := [dim for dim in map(str, ds["status"].dims) if dim not in _OWN_DIMS]:
         _refuse_unknown_stack(ds, point, stacked[0])
     return replace(point, loose=bool(stacked))
 
 
 def _refuse_unknown_stack(ds: xr.Dataset, point: Point, dim: str) -> None:
-    """Raise PointError where nothing tells whether a stack of results has the config of all."""
-    lost = [name for name in PARAMETERS if name not in ds.variables and name in _IN_PAPER]
+    """Raise PointError if nothing shows whether the config of a stack belongs to the point."""
+    lost = any(p.in_paper and name not in ds.variables for name, p in PARAMETERS.items())
     if lost or point.versions:
         why = "parameters were dropped from it" if lost else "; ".join(point.versions)
         raise PointError(
-            f"the results are stacked along {dim}, with the config of one of them, and nothing "
-            f"tells whether it is the one of this point ({why}); take it from its own result"
+            f"the results are stacked along {dim} with the config of one of them, and nothing "
+            f"shows whether it belongs to this point ({why}); take the point from its own result"
         )
 
 
 def curve_or_map(ds: xr.Dataset) -> xr.Dataset:
-    """Return the part of a result that lies along the axes of its points.
+    """Return the part of a result along the axes of its points.
 
-    That of a fit is the fitted curve; its data and parameters have dimensions of their own.
+    For a fit this is the fitted curve; data and parameters of a fit have other dimensions.
     """
     other = set(ds.dims) - set(ds["status"].dims) if "status" in ds.variables else set()
     return with_numbers(ds.drop_dims(other) if other else ds)
 
 
 def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
-    sizes = ds["status"].sizes  # a fit has other dimensions beside
+    sizes = ds["status"].sizes  # the Dataset of a fit has more dimensions
     left = [str(dim) for dim, size in sizes.items() if size > 1 and dim not in place]
     if left:
         examples = ", ".join(f"{dim}={_plain(ds[dim].values[0])}" for dim in left)
@@ -314,7 +315,7 @@ def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
 
 
 def _point(chosen: xr.Dataset) -> Point:
-    """The point that is left of a result."""
+    """Return the point of a Dataset that has no other."""
     try:
         written = config_without_axes(str(chosen.attrs["config"]))
         values = {name: chosen[name].item() for name in PARAMETERS if name in chosen.variables}
@@ -331,7 +332,7 @@ def _point(chosen: xr.Dataset) -> Point:
 
 
 def config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config:
-    """The config of a point alone; `written` is that of the result without its axes."""
+    """Return the config of a point alone; `written` is the config of the result without axes."""
     kept = {key: value for key, value in written.items() if key not in ("follow", "refine")}
     return from_mapping(kept | {"model": values}, SOURCE)
 
@@ -339,7 +340,7 @@ def config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config
 def _line_before(
     chosen: xr.Dataset, parameters: Parameters, followed: str | None
 ) -> NDArray[np.float64]:
-    """The points (n, parameters) of a followed line that lead to a point; none without `follow`."""
+    """Return the points (n, parameters) before a point on a followed line; none if not followed."""
     point = np.array([parameters])
     if followed is None:
         return point[:0]
@@ -355,7 +356,7 @@ def _line_before(
 
 
 def version_differences(attributes: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the differences between the file's versions and ours, a sentence each."""
+    """Return the differences between the versions of a file and ours, a sentence for each."""
     from stickslip.compiled.cache import processor
 
     reasons = []
@@ -371,12 +372,12 @@ def version_differences(attributes: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _compilers(text: str) -> str:
-    """Return the versions of the compilers among those of all packages, which `software` names."""
+    """Return the versions of the compilers in the list of packages that `software` makes."""
     return " and ".join(re.findall(r"\b(?:numba|llvmlite) [^,]+", text))
 
 
 def _in_words(chosen: xr.Dataset, fixed: Mapping[str, float]) -> str:
-    """The values that vary over a result, such as `temperature = 228 K`."""
+    """Return the values that vary over a result in words, such as `temperature = 228 K`."""
     varied = [
         name
         for name in PARAMETERS
@@ -390,10 +391,10 @@ def _in_words(chosen: xr.Dataset, fixed: Mapping[str, float]) -> str:
 
 
 def periods_of(orbit: Orbit) -> int:
-    """The drive periods over which an orbit is shown."""
+    """Return the number of drive periods to show of an orbit."""
     if not orbit.status.is_result:
         return _FAILED_PERIODS
-    return orbit.orbit_periods or _APERIODIC_PERIODS  # 0: it never closes
+    return orbit.orbit_periods or _APERIODIC_PERIODS  # 0: the orbit never closes
 
 
 def _plain(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Sobol indices over the box that a config samples: `stickslip sensitivity`."""
+"""Sobol indices over the box that a config samples, for `stickslip sensitivity`."""
 
 from __future__ import annotations
 
@@ -23,12 +23,15 @@ _EXAMPLE = "sample: {sobol: 1024, temperature: [200, 280], k: {log: [2e4, 2e5]}}
 
 
 class SensitivityError(ExpectedError, ValueError):
-    """A config or an option from which no indices follow; the message says what would help."""
+    """A config or an option that gives no indices; the message says what would help."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Indices of results over the box that a config samples; raises SensitivityError if unfit."""
+    """A request for indices of results over the box that a config samples.
+
+    Raises SensitivityError for a config or an option that gives no indices.
+    """
 
     config: Config
     of: Sequence[str]
@@ -43,9 +46,9 @@ class Request:
             object.__setattr__(self, "design", _design_of(self.config))
 
     def computed(self, *, progress: bool = False) -> xr.Dataset:
-        """Return the indices, with the attributes of a file.
+        """Return the indices, with the attributes of a file; raises SensitivityError.
 
-        They are those of `stickslip.sensitivity_indices` for the same box. Raises SensitivityError.
+        `stickslip.sensitivity_indices` gives the same indices for the same box.
         """
         config, design = self.config, self.design
         points = {name: tuple(values.tolist()) for name, values in design.points().items()}
@@ -81,28 +84,24 @@ def _refusals() -> Iterator[None]:
 
 
 def _design_of(config: Config) -> Design:
-    """Return the points of the box of a config; raises SensitivityError."""
+    """Return the design for the box of a config; raises SensitivityError."""
     sample = config.sample
     if sample is None or not sample.sobol:
         raise SensitivityError(
-            f"indices belong to a box that a Sobol sequence samples; write {_EXAMPLE}"
+            f"indices need a box that a Sobol sequence samples; write {_EXAMPLE}"
         )
-    if sample.fitted:
+    if sample.fitted or config.sweep or config.follow:
+        key = "from" if sample.fitted else "sweep" if config.sweep else "follow"
+        why = ", and parameters of a fit are correlated" if sample.fitted else " over one box"
         raise SensitivityError(
-            "indices need parameters that vary independently, and those of a fit are correlated: "
-            "leave out `from`, and give each parameter a range in `sample`"
-        )
-    if config.sweep or config.follow:
-        key = "sweep" if config.sweep else "follow"
-        raise SensitivityError(
-            f"indices need parameters that vary independently over one box: leave out `{key}`, and "
-            "give each parameter a range in `sample`"
+            f"indices need parameters that vary independently{why}: leave out `{key}`, and give "
+            "each parameter a range in `sample`"
         )
     return Design.of(sample.ranges, sample.sobol, sample.seed)
 
 
 def summary_of(ds: xr.Dataset) -> str:
-    """Return the indices as a table for people, with what they rest on."""
+    """Return the indices as a table for people, with the number of points behind them."""
     used = ds.attrs["base_points"] - ds.attrs["base_points_without_result"]
     percent = round(100 * ds.attrs["confidence_level"])
     rows = f"{counted(ds.attrs['points'], 'point')}, {used} of {ds.attrs['base_points']}"

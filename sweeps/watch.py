@@ -1,7 +1,7 @@
-"""A watched trial reading of files that may be damaged.
+"""A trial reading of files that may be damaged, in a process that may be killed.
 
-In a damaged NetCDF file the HDF5 library can loop forever, ignoring signals, or crash the process.
-So a separate process reads every file to its end before we do.
+On a damaged NetCDF file the HDF5 library can loop forever, deaf to signals, or crash the process.
+A separate process therefore reads each file to its end before we do.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from pathlib import Path
 
 from sweeps.exits import StorageError
 
-# The limit of the slowest disk that anybody would wait for.
+# Enough for the slowest disk that anybody would wait for.
 SECONDS = 20.0
 _BYTES_A_SECOND = 5e6
 
-# Reads one file after another, a megabyte at a time. The alarm ends it even inside the library, and
-# even if we are gone.
+# The program of the reader: it reads one file after another, a megabyte at a time. The alarm ends
+# it even inside the library, and even if our process is gone.
 READER = """\
 import os, signal, sys, netCDF4
 
@@ -55,14 +55,15 @@ _reader: subprocess.Popen[str] | None = None
 
 
 def require_readable(path: Path) -> None:
-    """Raise StorageError if reading a NetCDF file hangs or crashes, or if it is not a file.
+    """Raise StorageError if reading a NetCDF file hangs or crashes, or if it is no regular file.
 
-    A file whose reading fails with an error passes: its reader gets that error.
+    A missing file passes, and so does a file that cannot be read because of an error: whoever opens
+    it next gets the error.
     """
-    if path.exists() and not path.is_file():  # opening a pipe would wait for its other end
-        raise StorageError(f"{path} is not a readable NetCDF file: it is not an ordinary file")
     if not path.exists():
         return
+    if not path.is_file():  # opening a pipe would wait for its other end
+        raise StorageError(f"{path} is not a readable NetCDF file: it is not an ordinary file")
     limit = SECONDS + path.stat().st_size / _BYTES_A_SECOND
     with _lock:
         ended = _read(path.absolute(), limit)
@@ -82,7 +83,7 @@ def stop() -> None:
 
 
 def _read(path: Path, limit: float) -> int:
-    """Let the reader read a file; return the number of the signal that ended it, 0 if none."""
+    """Let the reader read a file; return the number of the signal that ended it, or 0."""
     global _reader
     reader = _reader = _reader or _started()
     assert reader.stdin is not None
@@ -99,7 +100,7 @@ def _read(path: Path, limit: float) -> int:
 
 def _started() -> subprocess.Popen[str]:
     atexit.register(stop)
-    # -P: what lies in the present folder is not imported. A session of its own: Ctrl-C is for us.
+    # -P: no module of the current folder is imported. A new session: Ctrl-C reaches only us.
     return subprocess.Popen(
         [sys.executable, "-P", "-c", READER],
         stdin=subprocess.PIPE,

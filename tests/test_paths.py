@@ -15,13 +15,13 @@ A_YAML = FOUR_POINTS
 _HOME = {"HOME": "/home/me", "SCRATCH": "/scratch/me", "EMPTY": ""}
 
 _REFUSED = [
-    ("$NIX/out.nc", "$NIX, a variable of the environment that is not set here"),
-    ("${NIX}.nc", "${NIX}, a variable of the environment that is not set here"),
-    ("$EMPTY/out.nc", "$EMPTY, a variable of the environment that is not set here"),
-    ("~nobody-at-all/out.nc", "~nobody-at-all, the home folder of nobody here"),
-    (r"C:\Users\me\out.nc", "is a path of Windows"),
-    ("C:/Users/me/out.nc", "is a path of Windows"),
-    (r"results\out.nc", "is a path of Windows"),
+    ("$NIX/out.nc", "$NIX, an environment variable that is not set here"),
+    ("${NIX}.nc", "${NIX}, an environment variable that is not set here"),
+    ("$EMPTY/out.nc", "$EMPTY, an environment variable that is not set here"),
+    ("~nobody-at-all/out.nc", "~nobody-at-all, a home folder that nobody has"),
+    (r"C:\Users\me\out.nc", "is a Windows path"),
+    ("C:/Users/me/out.nc", "is a Windows path"),
+    (r"results\out.nc", "is a Windows path"),
     ("s3://bucket/out.nc", "is a URL"),
 ]
 
@@ -85,7 +85,7 @@ def test_python_takes_the_home_folder(monkeypatch: pytest.MonkeyPatch, tmp_path:
     ds = run({"sweep": {"T": [200]}, "integrator": {"rtol": 1e-4}}, output="~/a.nc")
     assert ds.encoding["source"] == str(tmp_path / "home/a.nc")
     assert entries() == ["home"]
-    with pytest.raises(ValueError, match="is a path of Windows"):
+    with pytest.raises(ValueError, match="is a Windows path"):
         run({"sweep": {"T": [200]}}, output=r"C:\a.nc")
-    with pytest.raises(ConfigError, match="home folder of nobody"):
+    with pytest.raises(ConfigError, match="a home folder that nobody has"):
         from_mapping({"output": "~nobody-at-all/a.nc"})

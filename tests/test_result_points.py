@@ -87,7 +87,7 @@ def test_a_stack_of_results_gives_each_point_its_own_orbit_or_none() -> None:
     with pytest.raises(PointError, match="results with other settings"):
         point_of(mixed, ["T=250", "rtol=1e-8"]).orbit()
     bare = xr.concat([part.reset_coords(drop=True) for part in (ds, stiffer)], "film")
-    with pytest.raises(PointError, match=r"nothing tells .*parameters were dropped"):
+    with pytest.raises(PointError, match=r"nothing shows .*parameters were dropped"):
         bare.stickslip.at(T=250, film=1)
 
 

@@ -47,7 +47,7 @@ def test_the_command_writes_what_the_function_returns(command: Command) -> None:
 @pytest.mark.parametrize(
     ("changed", "arguments", "message"),
     [
-        ("sweep: {T: [200, 250]}\n", (), "indices belong to a box that a Sobol sequence samples"),
+        ("sweep: {T: [200, 250]}\n", (), "indices need a box that a Sobol sequence samples"),
         (BOX + "sweep: {K: [500, 900]}\n", (), "leave out `sweep`"),
         (BOX.replace("16", "20"), (), "power of 2"),
         (BOX, ("--of", "force"), "no result force; there are elastic_stress_amplitude"),

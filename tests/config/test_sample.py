@@ -166,7 +166,7 @@ def test_draws_that_cannot_be_are_left_out_and_counted(tmp_path: Path) -> None:
     assert left == pytest.approx(8192 * scipy.stats.norm.cdf(-0.45 / 0.14), abs=3)
     assert min(config.cases["rheological_index"]) > -1.0
     assert global_attributes(config)["sample"].endswith(
-        f"; {left} left out, of values that cannot be"
+        f"; {left} sets left out for invalid values"
     )
 
 
@@ -212,12 +212,12 @@ def test_what_is_wrong_with_the_file_of_a_fit_is_said(
 
 def test_a_result_that_is_no_fit_gives_no_parameters(tmp_path: Path) -> None:
     xr.Dataset({"status": 0}).to_netcdf(tmp_path / "sweep.nc")
-    with pytest.raises(ConfigError, match="must be a file that `stickslip fit` has written"):
+    with pytest.raises(ConfigError, match="must be a file written by `stickslip fit`"):
         load_sample(tmp_path, "{sobol: 4, from: sweep.nc}")
 
 
 def test_correlated_parameters_have_no_indices(tmp_path: Path) -> None:
     fit_file(tmp_path / "fit.nc")
     config = load_sample(tmp_path, "{sobol: 4, from: fit.nc}")
-    with pytest.raises(SensitivityError, match="those of a fit are correlated: leave out `from`"):
+    with pytest.raises(SensitivityError, match="of a fit are correlated: leave out `from`"):
         Request(config, ["friction_force_amplitude"])
