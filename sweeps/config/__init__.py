@@ -1,1 +1,1 @@
-"""Configs: a YAML file or a dict in, a checked Config out, or every problem at once."""
+"""Configs: from a YAML file or a dict to a checked Config, or to a list of all problems."""

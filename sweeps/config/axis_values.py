@@ -1,4 +1,4 @@
-"""The values of an axis: a list, or one of the forms linspace, geomspace and arange."""
+"""The values of an axis, from a list or from one of the forms linspace, geomspace and arange."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from sweeps.config.group import Group
 from sweeps.config.numbers import Finite
 from sweeps.human import did_you_mean
 
-# Far above any sweep of this model, far below what would fill the memory.
+# Far more than any sweep of this model needs, far less than would fill the memory.
 MAX_VALUES = 1_000_000
-# Of a step: decides whether the stop of an arange is one of its values.
+# As a fraction of a step: an arange includes a stop this close to a step.
 _STOP_TOLERANCE = 1e-9
 
 Count = Annotated[int, Field(ge=1, le=MAX_VALUES)]
@@ -28,8 +28,8 @@ def _of_one_sign(ends: list[float]) -> list[float]:
     first, last = ends
     if 0 in ends or (first < 0) != (last < 0):
         raise ValueError(
-            f"no logarithmic axis leads from {first:g} to {last:g}: both must have the "
-            "same sign and not be 0 (they are values, not exponents)"
+            f"a logarithmic axis cannot go from {first:g} to {last:g}: both must have the same "
+            "sign and not be 0 (they are values, not exponents)"
         )
     return ends
 
@@ -39,7 +39,7 @@ def _with_steps(numbers: list[float]) -> list[float]:
     steps = (stop - start) / step if step else math.nan
     if math.isnan(steps) or steps < -_STOP_TOLERANCE:
         raise ValueError(
-            f"no steps of {step:g} lead from {start:g} to {stop:g}; write {Arange.example}"
+            f"steps of {step:g} do not reach {stop:g} from {start:g}; write {Arange.example}"
         )
     if steps >= MAX_VALUES:
         raise ValueError(f"has more than {MAX_VALUES} values; take fewer")
@@ -47,10 +47,10 @@ def _with_steps(numbers: list[float]) -> list[float]:
 
 
 class Linspace(Group):
-    """Evenly spaced values, each rounded once from the decimals as they were written.
+    """Evenly spaced values, each rounded once from the decimals in the config.
 
-    So grids with a value in common have the same float there, and a refined sweep finds the points
-    of the coarse one: 0.3 is 0.3 among ten steps from 0 to 1 and among fifty from 0 to 5.
+    Grids with a common value therefore have the same float there, and a finer sweep finds the
+    points of the coarse one: 0.3 is the same in ten steps from 0 to 1 and in fifty from 0 to 5.
     """
 
     example: ClassVar[str] = "{linspace: [first, last], num: 171}"
@@ -65,7 +65,7 @@ class Linspace(Group):
 
 
 class Geomspace(Group):
-    """Values of constant ratio; equal parts of the way give equal floats, whatever `num` is."""
+    """Values of constant ratio; the same fraction of the way gives the same float for any `num`."""
 
     example: ClassVar[str] = "{geomspace: [first, last], num: 171}"
 
@@ -84,7 +84,7 @@ class Geomspace(Group):
 
 
 class Arange(Group):
-    """Values with a given step; the stop is one of them where a step comes close to it."""
+    """Values with a given step, which include the stop if a step comes close to it."""
 
     example: ClassVar[str] = "{arange: [start, stop, step]}"
 
@@ -109,7 +109,7 @@ _NUMBERED = TypeAdapter(dict[int, Finite])
 
 
 def _values(written: object) -> tuple[float, ...]:
-    """Return the values of an axis as it was written; raises ValueError."""
+    """Return the values of an axis from the form in the config; raises ValueError."""
     if isinstance(written, list):
         if not written:
             raise ValueError("has no values; name at least one, or leave it out")
@@ -125,9 +125,9 @@ def _values(written: object) -> tuple[float, ...]:
 
 
 def _numbers(written: list[object]) -> Iterator[float]:
-    """Yield the numbers of a list; at most the first thousand non-numbers are refused.
+    """Yield the numbers in a list, and refuse other items, a thousand at most.
 
-    Reporting a whole page pasted into a list would fill the memory.
+    To report all items of a page pasted into a list would fill the memory.
     """
     for start in range(0, len(written), 1000):
         some = dict(enumerate(written[start : start + 1000], start))
@@ -141,12 +141,12 @@ Axis = Annotated[
 
 
 def _as_written(value: float) -> Fraction:
-    """Return the decimal number that a float stands for, such as 1/10 for 0.1."""
+    """Return the decimal number behind a float, such as 1/10 for 0.1."""
     return Fraction(repr(value))
 
 
 def _steps(start: Fraction, step: Fraction, count: int) -> tuple[float, ...]:
-    """Return the floats next to start + i step."""
+    """Return the floats nearest to start + i step."""
     common = math.lcm(start.denominator, step.denominator)
     first, each = int(start * common), int(step * common)
     return tuple((first + each * i) / common for i in range(count))

@@ -1,6 +1,6 @@
-"""Checks of several values together, of a config in which each by itself is valid.
+"""Checks of a config that need several values at once; single values are already valid.
 
-What depends on a value that was refused is not judged.
+A check is left out if one of its values was refused.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ from sweeps.config.schema import Config
 from sweeps.human import counted, did_you_mean
 
 MAX_POINTS = 1_000_000_000
-# Relative; closer neighbours on an axis differ by rounding rather than by intention.
+# Relative; neighbours on an axis closer than this differ by rounding, not by intention.
 _NEAR_DUPLICATE = 1e-9
-# The paper's k lies above, its K below; both on the wrong side look exchanged.
+# The paper's k lies above, its K below; if both are on the wrong side, they look exchanged.
 _K_BORDER = 1e4
-# So many times the paper's value, or less than that part of it, is the value of another unit.
+# A value this many times larger or smaller than the paper's is probably in another unit.
 _FAR = 1e4
-# Kelvin; below the first a temperature was meant in degrees Celsius, and several that are all below
-# the second.
+# Kelvin; a temperature below the first is probably in degrees Celsius, and so are several
+# temperatures all below the second.
 _COLD, _ALL_COLD = 70.0, 100.0
-# Parameters whose sizes say nothing: of any power of ten, or of another unit for each fluid.
+# Parameters of any size: their power of ten is free, or their unit depends on the fluid.
 _OF_ANY_SIZE = ("viscosity_coefficient", "noise_intensity", "rheological_index", *STARTING)
 
 _CHANCE = f"`noise: {{treatment: {STOCHASTIC}}}`"
@@ -54,9 +54,9 @@ _CHANCE = f"`noise: {{treatment: {STOCHASTIC}}}`"
 def judged(
     document: Document, config: Config, unsound: Collection[str], picked: Mapping[str, Any]
 ) -> Config:
-    """Return a config, or the case of it that is picked, after all checks.
+    """Return a config after all checks, without the values that they refuse.
 
-    What they refuse is left out. `unsound` are keys that are refused already.
+    `unsound` are keys refused before. `picked` may hold the `case` to which the config is reduced.
     """
     if config.sample:
         config = config.model_copy(update={"cases": _drawn(document, config.sample)})
@@ -78,7 +78,7 @@ def judged(
 
 
 def _judged_parameters(document: Document, config: Config) -> Config:
-    """Return a config without the parameters that have a value out of range, which are refused."""
+    """Return a config without the parameters that have a value out of range, and refuse those."""
     _refuse_repeats(document)
     parts = {name: getattr(config, name) for name in PARAMETER_SECTIONS}
     if not _sizes_fit(document, config):
@@ -97,7 +97,7 @@ def _judged_parameters(document: Document, config: Config) -> Config:
 
 
 def _drawn(document: Document, sample: Sample) -> dict[str, tuple[float, ...]]:
-    """Return what a sample draws; nothing where it is refused."""
+    """Return the cases that a sample draws, or none if the sample is refused."""
     if document.data.get("cases"):
         message = "draws the cases, and `cases` lists them; keep one of the two"
         document.refuse(message, "sample")
@@ -112,7 +112,7 @@ def _drawn(document: Document, sample: Sample) -> dict[str, tuple[float, ...]]:
 
 
 def _is_sound(document: Document, name: str, drawn: Distribution) -> bool:
-    """Return whether a distribution leaves a parameter values that it may have."""
+    """Return whether a distribution is possible for a parameter; refuse it if not."""
     path = document.path_of(name)
     if isinstance(drawn, Range):
         return _are_valid(document, path, name, drawn.low, drawn.high)
@@ -125,7 +125,7 @@ def _is_sound(document: Document, name: str, drawn: Distribution) -> bool:
 
 
 def _one_case(document: Document, config: Config, case: object) -> Config:
-    """Return a config with the linked parameters fixed at the values of one case."""
+    """Return a config whose linked parameters are fixed at the values of one case."""
     count = min(map(len, config.cases.values()), default=0)
     try:
         index = whole(case)
@@ -150,7 +150,7 @@ def _refuse_repeats(document: Document) -> None:
 
 
 def _sizes_fit(document: Document, config: Config) -> bool:
-    """Return whether the grid may be laid out."""
+    """Return whether the grid is small enough to be made; refuse cases of unequal length too."""
     if unequal := _unequal("linked", config.cases):
         document.refuse(unequal, "cases")
     count = max(map(len, config.cases.values()), default=1)
@@ -174,7 +174,7 @@ def _judge_neighbours(document: Document, name: str, values: tuple[float, ...]) 
 
 
 def _are_valid(document: Document, path: Path, name: str, *values: float) -> bool:
-    """Return whether all values lie in the range of a parameter; one that was written is named."""
+    """Return whether all values lie in the range of a parameter; refuse the others by place."""
     judge = PARAMETERS[name].complaint
     complaints = {i: complaint for i, value in enumerate(values) if (complaint := judge(value))}
     if isinstance(document.at(*path), list):
@@ -208,7 +208,7 @@ def _warn_of_exchange(document: Document, config: Config) -> None:
 def warnings_of_columns(
     columns: Mapping[str, Sequence[float]], config: Config, source: str
 ) -> list[str]:
-    """Return what a config would be warned of that had the columns of a table as its axes."""
+    """Return the warnings for a config that has the columns of a table as axes."""
     document = Document(source, {})
     axes = {name: tuple(dict.fromkeys(values)) for name, values in columns.items()}
     both = config.model_copy(update={"sweep": axes})
@@ -219,7 +219,7 @@ def warnings_of_columns(
 
 
 def _warn_of_magnitudes(document: Document, config: Config, names: Collection[str]) -> None:
-    """Warn of values that look like those of another unit: finite, valid, and meant otherwise."""
+    """Warn of valid values that were probably meant in another unit."""
     for name in sorted({*names} - {*_OF_ANY_SIZE}):
         variable, values = PARAMETERS[name], config.values(name)
         far = [value for value in values if _is_far(value, variable)]
@@ -237,7 +237,7 @@ def _warn_of_magnitudes(document: Document, config: Config, names: Collection[st
 
 
 def _is_far(value: float, variable: ParameterVariable) -> bool:
-    """Return whether a value looks like that of another unit; 0 does not."""
+    """Return whether a value is probably in another unit; 0 is not."""
     if value == 0.0 or variable.default == 0.0:
         return False
     if variable.units == "K":
@@ -246,14 +246,14 @@ def _is_far(value: float, variable: ParameterVariable) -> bool:
 
 
 def _judge_schedule(document: Document, config: Config) -> None:
-    """Refuse values out of range, unequal lengths, and parameters that cannot be scheduled."""
+    """Refuse scheduled values out of range, unequal lengths, and parameters of the start."""
     schedule, path = config.simulation.schedule, ("simulation", "schedule")
     if schedule is None:
         return
     known = {*config.sweep, *config.cases}
     for key in document.at(*path):
         name = canonical_name(key)
-        if name not in schedule:  # it is refused
+        if name not in schedule:  # refused before
             continue
         _are_valid(document, (*path, key), name, *schedule[name])
         if name in known:
@@ -261,7 +261,7 @@ def _judge_schedule(document: Document, config: Config) -> None:
         elif name in STARTING:
             document.refuse("cannot be scheduled: a run begins once", *path, key)
         elif name in config.model:
-            message = "counts for this run; the value under `model` is that of a sweep"
+            message = "applies to this run; a sweep takes the value under `model`"
             document.warn(message, *path, key)
         known.add(name)
     if unequal := _unequal("scheduled", schedule):
@@ -269,16 +269,16 @@ def _judge_schedule(document: Document, config: Config) -> None:
 
 
 def _wrong_with_pull(config: Config) -> Iterator[str]:
-    """Yield what is wrong with a pull: it goes by what computes periodic drives alone."""
+    """Yield a message for each setting that works only with a periodic drive."""
     if config.integrator.method != "adaptive":
         method = f"`integrator: {{method: {config.integrator.method}}}`"
-        yield f"does not go together with {method}; leave it out"
+        yield f"cannot be combined with {method}; leave it out"
     if config.noise.treatment == STOCHASTIC:
-        yield f"does not go together with {_CHANCE}; leave it out"
+        yield f"cannot be combined with {_CHANCE}; leave it out"
 
 
 def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
-    """Return what is wrong with parameters that change together; empty where nothing is."""
+    """Return a complaint about parameters with unequal numbers of values, or ``."""
     if len({*map(len, values.values())}) < 2:
         return ""
     listed = ", ".join(f"{name} {len(some)}" for name, some in values.items())
@@ -286,7 +286,7 @@ def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
 
 
 def _judge_order(document: Document, config: Config, unsound: Collection[str]) -> None:
-    """Refuse to follow or to refine what is no swept axis, and axes that cannot be."""
+    """Refuse to follow or refine parameters that are not swept, or axes that do not allow it."""
     if follow := config.follow and _swept(document, config, config.follow, "follow"):
         for message in _wrong_with_line(document, config, follow):
             document.refuse(message, "follow")
@@ -310,27 +310,27 @@ def _judge_order(document: Document, config: Config, unsound: Collection[str]) -
 
 
 def _wrong_with_line(document: Document, config: Config, name: str) -> Iterator[str]:
-    """Yield why an axis cannot be followed."""
+    """Yield the reasons why an axis cannot be followed."""
     for other in ("refine", "sample", "cases"):
         if document.data.get(other):
-            yield f"does not go together with `{other}`; leave one of them out"
+            yield f"cannot be combined with `{other}`; leave one of them out"
     if config.noise.treatment == STOCHASTIC:
-        yield f"does not go together with {_CHANCE}: no state to go on from"
+        yield f"cannot be combined with {_CHANCE}: random paths leave no state to continue from"
     if name in STARTING:
-        yield f"cannot be {name}: a followed line starts from where it has arrived"
+        yield f"cannot be {name}: each point on a followed line starts from the previous one"
     if any(b <= a for a, b in pairwise(config.sweep[name])):
         yield f"needs the values of {name} in increasing order: it goes up, then down"
 
 
 def _swept(document: Document, config: Config, name: str, *path: str | int) -> str | None:
-    """Return a name if it is that of an axis; all others are refused."""
+    """Return the name of a swept axis; refuse any other name."""
     if name in config.sweep:
         return name
-    if document.path_of(name, "sweep"):  # an axis that is refused itself
+    if document.path_of(name, "sweep"):  # the axis was refused before
         return None
     known = ", ".join(config.sweep) or "none"
     written, hint = quoted(document.at(*path)), did_you_mean(name, config.sweep)
-    message = f"must name a swept axis, not {written}; swept are {known}{hint}"
+    message = f"must name a swept axis, not {written}; the swept axes are {known}{hint}"
     document.refuse(message, *path)
     return None
 
@@ -348,11 +348,11 @@ def _refuse_unbounded_films(document: Document, config: Config) -> None:
 
 
 def _signs(config: Config, names: Collection[str]) -> Iterator[tuple[float, ...]]:
-    """Yield the signs, -1, 0 or 1, that these parameters have together at any point."""
+    """Yield each combination of signs, -1, 0 or 1, that these parameters have at some point."""
     linked = [name for name in names if name in config.cases]
     free = [name for name in names if name not in linked]
     signs = {name: np.sign(config.values(name)).tolist() for name in names}
-    # Cases of unequal length are refused already.
+    # Cases of unequal length were refused before.
     together = set(zip(*(signs[name] for name in linked), strict=False)) or {()}
     for case, *others in product(together, *(set(signs[name]) for name in free)):
         by_name = dict(zip((*linked, *free), (*case, *others), strict=True))
@@ -360,7 +360,7 @@ def _signs(config: Config, names: Collection[str]) -> Iterator[tuple[float, ...]
 
 
 def _refuse_frozen_start(document: Document, config: Config) -> None:
-    """Refuse a point that starts at phi = 0 without noise: its film would stay liquid forever."""
+    """Refuse a start at phi = 0 without noise, from which the film would stay liquid forever."""
     start, noise = "initial_order_parameter", "noise_intensity"
     names = [start] if config.noise.treatment == NO_NOISE else [start, noise]
     linked = [config.cases[name] for name in names if name in config.cases]
@@ -370,7 +370,7 @@ def _refuse_frozen_start(document: Document, config: Config) -> None:
         return
     path = next(filter(None, map(document.path_of, names)), ("noise", "treatment"))
     document.refuse(
-        "initial_order_parameter (phi_0) is 0 without noise: phi = 0 is an exact zero of the "
+        "initial_order_parameter (phi_0) is 0 without noise: phi = 0 is an exact solution of the "
         "equation, so the film could never solidify; start at a small value such as 0.01, or keep "
         "`noise: {treatment: typical-path}` with noise_intensity above 0",
         *path,
@@ -378,7 +378,7 @@ def _refuse_frozen_start(document: Document, config: Config) -> None:
 
 
 def _refuse_unfit(document: Document, config: Config, unsound: Collection[str]) -> None:
-    """Refuse a model of the strain or a treatment of the noise that the method does not know."""
+    """Refuse a model of the strain or a treatment of the noise that the method does not support."""
     for section, key, field in (("film", "strain", "strains"), ("noise", "treatment", "noises")):
         choice = getattr(getattr(config, section), key)
         able = methods_for(field, choice)
@@ -388,15 +388,15 @@ def _refuse_unfit(document: Document, config: Config, unsound: Collection[str]) 
 
 
 def _with_law(document: Document, config: Config) -> Config:
-    """Return a config with the identity of a law that is not ours; an unknown law is refused.
+    """Return a config with the identity of a law that is not ours; refuse an unknown law.
 
-    An identity that is given, for example by a result, is compared only by code that computes, so
-    that any result can be shown.
+    A given identity, for example in a result, is checked only before a computation, so that any
+    result can be shown.
     """
     film = config.film
     if film.friction in FRICTION_LAWS:
         if film.law is not None:
-            document.refuse(f"{film.friction} is a law of stickslip itself", "film", "law")
+            document.refuse(f"{film.friction} is one of stickslip's laws", "film", "law")
     elif film.law is None:
         try:
             friction, _, law = full_law_name(film.friction).partition("@")
@@ -409,9 +409,9 @@ def _with_law(document: Document, config: Config) -> Config:
 
 
 def _refuse_scheduler(document: Document) -> None:
-    """Refuse a scheduler that a file names, even on this machine, where anybody can listen.
+    """Refuse a scheduler in a file, even on this machine, where anybody can open a port.
 
-    Its answers can run code here; whoever gives it on the command line, or in Python, means it.
+    Its answers can run code here. On the command line or in Python the user means it.
     """
     path = "execution", "scheduler"
     address = document.section("execution").get("scheduler")
@@ -425,7 +425,7 @@ def _refuse_scheduler(document: Document) -> None:
 
 
 def _unknown(document: Document, config: Config) -> set[str]:
-    """Return the parameters whose values are not known, as they, or whole sections, are refused."""
+    """Return the parameters whose values are unknown because they or their section was refused."""
     sections = [document.data.get(section) or {} for section in PARAMETER_SECTIONS]
     if not all(isinstance(section, dict) for section in sections):
         return {*PARAMETERS} - config.names

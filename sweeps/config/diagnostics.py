@@ -1,6 +1,6 @@
-"""A config as it was written, where each value stands, and what is wrong with it.
+"""A config as written: its values, their places, and its problems.
 
-Problems are collected and reported together, so that none hides another.
+All problems are reported together, so that none hides another.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from stickslip.variables import canonical_name
 from sweeps.exits import ExpectedError
 from sweeps.human import printable, shortened
 
-_SHOWN = 50  # problems that are printed: a screen of them
-# The deepest valid config has four levels; far below what would strain Python's recursion.
+_SHOWN = 50  # problems to print: a screen of them
+# A valid config has up to four levels; Python's recursion reaches much deeper than this.
 MAX_DEPTH = 12
 
 PARAMETER_SECTIONS = ("model", "sweep", "cases")
-"""The sections in which parameters stand."""
+"""The sections that hold values of parameters."""
 
 Path: TypeAlias = tuple[str | int, ...]
 """The keys and indices that lead to a value."""
@@ -28,7 +28,7 @@ Path: TypeAlias = tuple[str | int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One line of the report: where it is, which key, what is wrong and what may help."""
+    """A line of the report: the place, the key, what is wrong and what may help."""
 
     file: str
     line: int | None
@@ -42,7 +42,7 @@ class Problem:
 
 
 class ConfigError(ExpectedError, ValueError):
-    """A config cannot be used; `problems` lists every reason, `str()` a line for each of many."""
+    """A config with `problems`; the text has a line for each, up to a screen of them."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = list(problems)
@@ -55,7 +55,7 @@ class ConfigError(ExpectedError, ValueError):
 
 
 class _Unreadable:
-    """Stands for a value that was refused already, so that it is not refused again."""
+    """A placeholder for a refused value, which prevents a second refusal."""
 
     def __repr__(self) -> str:
         return "something unreadable"
@@ -66,11 +66,11 @@ UNREADABLE = _Unreadable()
 
 @dataclass
 class Document:
-    """The plain values of a config, the place of each, and the problems and warnings so far.
+    """The plain values of a config, their places, and the problems and warnings so far.
 
-    `source` is a file, a text or `<dict>`; `places` has the source and the line of each value that
-    begins in another line than what it is a part of. The line of a value in a mapping is that of
-    its key.
+    `source` is a file, a text or `<dict>`. `places` has the source and the line of each value that
+    does not begin in the line of the value around it. The line of a value in a mapping is the line
+    of its key.
     """
 
     source: str
@@ -80,7 +80,7 @@ class Document:
     warnings: list[Problem] = field(default_factory=list)
 
     def refuse(self, message: str, *path: str | int) -> None:
-        """Note why the value at a path, or what should stand there, cannot be used."""
+        """Note why the value at a path cannot be used, or which value is missing there."""
         self.problems.append(Problem(*self.place(path), path_text(path), message))
 
     def refuse_line(self, line: int | None, message: str, *path: str | int) -> None:
@@ -88,22 +88,22 @@ class Document:
         self.problems.append(Problem(self.source, line, path_text(path), message))
 
     def warn(self, message: str, *path: str | int) -> None:
-        """Note that the value at a path is allowed, but probably not what was meant."""
+        """Note that the value at a path is allowed but probably a mistake."""
         self.warnings.append(Problem(*self.place(path), path_text(path), message))
 
     def place(self, path: Path) -> tuple[str, int | None]:
-        """Return the source and the line of a value, or of the nearest one that leads to it."""
+        """Return the source and the line of a value, or of the nearest value around it."""
         while path and path not in self.places:
             path = path[:-1]
         return self.places.get(path, (self.source, None))
 
     def locate(self, line: int, *path: str | int) -> None:
-        """Note the line of a value, where it is not the one of what it is a part of."""
+        """Note the line of a value unless the value around it has the same line."""
         if self.place(path)[1] != line:
             self.places[path] = self.source, line
 
     def put(self, value: object, source: str, *path: str | int) -> None:
-        """Put a value from another source into the place of the one at a path."""
+        """Replace the value at a path by a value from another source."""
         self.at(*path[:-1])[path[-1]] = value
         kept = {p: place for p, place in self.places.items() if p[: len(path)] != path}
         self.places = kept | {path: (source, None)}
@@ -116,31 +116,31 @@ class Document:
         return value
 
     def section(self, name: str) -> dict[str, Any]:
-        """Return what a section holds; nothing where it is missing, or no mapping."""
+        """Return the keys and values of a section, none if it is missing or not a mapping."""
         value = self.data.get(name)
         return value if isinstance(value, dict) else {}
 
     def parameters(self) -> Iterator[tuple[str, Path]]:
-        """Yield the full name and the path of each parameter that is given, by name or symbol."""
+        """Yield the full name and the path of each given parameter, by name or symbol."""
         for section in (*PARAMETER_SECTIONS, "sample"):
             for key in self.section(section):
                 if name := canonical_name(key):
                     yield name, (section, key)
 
     def path_of(self, name: str, section: str = "") -> Path:
-        """Return where a parameter is given first, or is in a section; () where it is not."""
+        """Return the path where a parameter is given first, or in a section; () if nowhere."""
         paths = (path for given, path in self.parameters() if given == name)
         return next((path for path in paths if section in ("", path[0])), ())
 
     def raise_problems(self) -> None:
-        """Raise a ConfigError with all problems, in the order of the lines, if there is any."""
+        """Raise a ConfigError with all problems, in the order of the lines, if there are any."""
         if self.problems:
             unique = dict.fromkeys(self.problems)
             raise ConfigError(sorted(unique, key=lambda p: (p.line is None, p.line or 0)))
 
 
 def document_of(value: object, source: str) -> Document:
-    """Return a Python value as a document, which has no lines; arrays and tuples become lists."""
+    """Return a Python value as a document without lines; arrays and tuples become lists."""
     document = Document(source)
     document.data = _plain(value, document)
     return document
@@ -163,7 +163,7 @@ def _plain(value: object, document: Document, *path: str | int) -> Any:
 
 
 def quoted(value: object) -> str:
-    """Return the user's value as it is quoted in a message."""
+    """Return a value as a message quotes it."""
     if value is None:
         return "an empty value"
     if isinstance(value, bool):

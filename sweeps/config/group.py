@@ -1,4 +1,4 @@
-"""Groups of keys, of which a config is made, and what is said of one that is wrong."""
+"""Groups of keys, which make up a config, and messages about wrong keys and values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from sweeps.config.diagnostics import UNREADABLE, Document, Path, quoted
 from sweeps.config.numbers import number, whole
 from sweeps.human import did_you_mean
 
-# Pydantic's words and ours.
+# Pydantic's words and the words that replace them.
 _WORDS = {
     "Input should be": "must be",
     "List should have": "must have",
@@ -37,9 +37,9 @@ _G = TypeVar("_G", bound="Group")
 
 
 class Group(BaseModel):
-    """A mapping of a config, declared by its keys; unknown ones are refused.
+    """A mapping in a config, declared by its keys; it refuses unknown keys.
 
-    `example` shows one that is so short that it is written in a line.
+    A group short enough for one line has an `example`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -48,22 +48,22 @@ class Group(BaseModel):
 
     @classmethod
     def written_keys(cls) -> list[str]:
-        """Return the keys as they are written."""
+        """Return the keys as users write them."""
         return [field.alias or name for name, field in cls.model_fields.items()]
 
     @classmethod
     def unknown_key(cls, key: str) -> str:
-        """Return what is wrong with a key that there is not, and what may be meant."""
+        """Return a complaint about an unknown key, with the right place or a known key close by."""
         keys = cls.written_keys()
         known = f"write {cls.example}" if cls.example else f"known are {', '.join(keys)}"
         return f"unknown key{cls.home_of(key) or did_you_mean(key, keys) or f'; {known}'}"
 
     @classmethod
     def home_of(cls, key: str) -> str:
-        """Return where within this group a key would be right, or nothing."""
+        """Return the place where a key belongs within this group, or ``."""
         paths = list(cls._paths_to(key))
         homes = " or ".join(f"`{path.rpartition('.')[0]}`" for path in paths)
-        return f"; it stands under {homes}: {' or '.join(paths)}" if paths else ""
+        return f"; it belongs under {homes}: {' or '.join(paths)}" if paths else ""
 
     @classmethod
     def _paths_to(cls, key: str) -> Iterator[str]:
@@ -76,7 +76,7 @@ class Group(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _as_written(cls, value: object, info: ValidationInfo) -> object:
-        """Return the number that is written for a key which holds one."""
+        """Return the number behind the value of a numerical key; leave other values as they are."""
         kind = cls.model_fields[str(info.field_name)].annotation
         kinds = get_args(kind) or (kind,)
         if value is None and type(None) in kinds:
@@ -96,7 +96,7 @@ class Group(BaseModel):
 
     @classmethod
     def _in_words(cls, details: ErrorDetails) -> InitErrorDetails:
-        """Return pydantic's finding in the words of this project."""
+        """Return an error of pydantic in the words of this project."""
         kind = details["type"]
         if kind == "extra_forbidden":
             message = cls.unknown_key(str(details["loc"][-1]))
@@ -116,7 +116,7 @@ class Group(BaseModel):
 
 
 def _general(details: ErrorDetails) -> str:
-    if details["type"] == "config":  # the words of a group within this one
+    if details["type"] == "config":  # an inner group has found the words
         return details["msg"]
     if details["type"] == "value_error":
         return str(details["ctx"]["error"])
@@ -127,15 +127,15 @@ def _general(details: ErrorDetails) -> str:
         if isinstance(limit, float):
             message = re.sub(r"[\d.]+$", f"{limit:g}", message)
     if details["type"] in ("too_short", "too_long"):
-        return message  # it names the length
+        return message  # the message names the length
     names = re.findall("'(.*?)'", message) if isinstance(value, str) else ()
     return f"{message}, not {quoted(value)}{did_you_mean(value, names) if names else ''}"
 
 
 def sound_parts(kind: type[_G], document: Document) -> tuple[_G, set[str]]:
-    """Return the keys of a document that are sound, and the names of those that are not.
+    """Return the sound keys of a document, and the names of the unsound ones.
 
-    What is wrong is refused and left out, a key of a group alone where the rest of it is sound.
+    Refuses wrong values and leaves them out, only a key of a group if its other keys are sound.
     """
     data = document.data
     try:
@@ -145,17 +145,17 @@ def sound_parts(kind: type[_G], document: Document) -> tuple[_G, set[str]]:
     unsound, left_out = {str(path[0]) for path in refused}, {path[:2] for path in refused}
     try:
         return kind.model_validate(_without(data, left_out)), unsound
-    except ValidationError as error:  # other keys of a group need one that was left out
+    except ValidationError as error:  # other keys of a group need the missing key
         left_out |= {details["loc"][:1] for details in error.errors()}
         return kind.model_validate(_without(data, left_out)), unsound
 
 
 def _refused(document: Document, error: ValidationError) -> set[Path]:
-    """Note what is wrong with each value, and return where."""
+    """Refuse each wrong value, and return the paths."""
     refused: set[Path] = set()
     for details in error.errors(include_url=False):
         path = tuple(step for step in details["loc"] if step != "[key]")  # pydantic's word
-        # An unknown key is one problem, whatever its value is.
+        # An unknown key is one problem, whatever its value.
         if not any(path[:end] in refused for end in range(len(path) + 1)):
             refused.add(path)
             if details["input"] is not UNREADABLE:
@@ -164,7 +164,7 @@ def _refused(document: Document, error: ValidationError) -> set[Path]:
 
 
 def _without(data: Mapping[str, Any], paths: Container[Path]) -> dict[str, Any]:
-    """Return what a config gives, but for some keys, and keys of groups."""
+    """Return a config without some keys and some keys of groups."""
     return {
         name: {key: child for key, child in value.items() if (name, key) not in paths}
         if isinstance(value, dict)

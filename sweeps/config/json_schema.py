@@ -1,7 +1,7 @@
-"""The JSON Schema of a config, for editors that complete and check YAML while it is written.
+"""The JSON Schema of a config, with which editors complete and check YAML.
 
-It checks single values; only `sweeps.config.load` catches conflicts of two, such as a parameter
-both fixed and swept.
+It checks single values. Only `sweeps.config.load` finds conflicts between values, such as a
+parameter both fixed and swept.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 class _Generator(GenerateJsonSchema):
-    """Pydantic's schema, where a fraction may stand for any number, without a title per key."""
+    """Pydantic's schema, but with fractions allowed for all numbers and without titles of keys."""
 
     def float_schema(self, schema: FloatSchema) -> JsonSchemaValue:
         rational = {"type": "string", "pattern": RATIONAL_PATTERN}
@@ -33,7 +33,7 @@ class _Generator(GenerateJsonSchema):
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the schema, draft 2020-12, as a mapping ready for JSON."""
+    """Return the schema, by draft 2020-12, as a mapping ready for JSON."""
     schema = Config.model_json_schema(schema_generator=_Generator)
     keys, groups = schema["properties"], schema["$defs"]
     schedule = groups["Simulation"]["properties"]["schedule"]["anyOf"][0]
@@ -50,7 +50,7 @@ def json_schema() -> dict[str, Any]:
     )
     for name in STARTING:  # a run begins once
         del schedule["properties"][name], schedule["properties"][PARAMETERS[name].symbol]
-    # A section without keys is null in YAML; what it holds then is not for an editor to insert.
+    # A section without keys is null in YAML, and editors should not insert its defaults.
     for name, key in keys.items():
         key.pop("default", None)
         keys[name] = key if "anyOf" in key else {"anyOf": [key, {"type": "null"}]}
@@ -59,31 +59,30 @@ def json_schema() -> dict[str, Any]:
 
 
 def json_schema_text() -> str:
-    """Return the schema as it is shipped."""
+    """Return the text of the schema that we ship."""
     return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
 
 
 def _name_parameters(
     mapping: dict[str, Any], kind: str, within: Callable[[dict[str, Any]], dict[str, Any]]
 ) -> Any:
-    """Name all parameters in a mapping from parameters, by full name and by symbol.
+    """Add all parameters as keys to the schema of a mapping, by full name and by symbol.
 
-    Each refers to a `kind` of values, whose schema is returned; `within` gives the keywords that
-    hold such a value within the bounds of a parameter.
+    Each key refers to a `kind` of values, whose schema is returned. `within` returns the keywords
+    that keep such a value within the bounds of a parameter.
     """
     schema, keys = mapping["additionalProperties"], mapping.setdefault("properties", {})
     for name, variable in PARAMETERS.items():
         meaning = f"{variable.meaning} ({variable.symbol}) [{variable.unit or 1}]"
         meaning += f": {variable.comment}" if variable.comment else ""
-        held = within(_bounds(variable))
-        key = {"$ref": f"#/$defs/{kind}", **held, "description": meaning}
+        key = {"$ref": f"#/$defs/{kind}", **within(_bounds(variable)), "description": meaning}
         keys[name] = keys[variable.symbol] = key
     mapping["additionalProperties"] = False
     return schema
 
 
 def _bounds(variable: ParameterVariable) -> dict[str, Any]:
-    """Return the keywords for the range of a parameter, which count for numbers alone."""
+    """Return the keywords for the range of a parameter, which only apply to numbers."""
     bounds: dict[str, Any] = {}
     if math.isfinite(variable.lower):
         bounds["exclusiveMinimum" if variable.lower_open else "minimum"] = variable.lower

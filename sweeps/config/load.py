@@ -1,6 +1,6 @@
-"""Reads configs, strictly, from YAML or from a dict.
+"""Read configs, strictly, from YAML or from a dict.
 
-Nothing here computes physics: checks that do are handed to `load` as functions.
+Nothing here computes physics; `load` takes checks that do as functions.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from sweeps.paths import path_of
 
 __all__ = ["KEYS", "Check", "Config", "ConfigError", "Problem", "from_mapping", "from_yaml", "load"]
 
-# Looks at a config that is otherwise sound, and yields the key and the message of each problem.
+# Takes an otherwise sound config, and yields the key and the message of each problem.
 Check: TypeAlias = Callable[[Config], Iterable[tuple[str, str]]]
 
 
@@ -31,10 +31,10 @@ def load(
 ) -> Config:
     """Return the config in a YAML file; the default output is `results/<stem of the file>.nc`.
 
-    `overrides` are `KEY=VALUE` texts as of `--set`; see `sweeps.config.overrides`. `checks` look at
-    a config that is otherwise sound, such as those that need the physics.
+    `overrides` are texts `KEY=VALUE` as for `--set`, see `sweeps.config.overrides`. `checks`, such
+    as those with physics, look at an otherwise sound config.
 
-    Raises ConfigError if the file cannot be used; all problems are reported at once.
+    Raises ConfigError with all problems at once.
     """
     path = path_of(path)
     return _config(read_file(path), overrides, checks, f"results/{path.stem}.nc", path.parent)
@@ -47,15 +47,15 @@ def from_mapping(
     *,
     checks: Sequence[Check] = (),
 ) -> Config:
-    """Return the config in a dict of the same shape as a file; see `load`.
+    """Return the config in a dict with the keys of a file; see `load`.
 
-    The default output is `results/sweep.nc`; `source` stands for the file in messages.
+    The default output is `results/sweep.nc`. Messages name `source` in place of the file.
     """
     return _config(document_of(mapping, source), overrides, checks)
 
 
 def from_yaml(yaml: str, source: str = "<text>", overrides: Sequence[str] = ()) -> Config:
-    """Return the config in a YAML text, such as the one that a result file carries; see `load`."""
+    """Return the config in a YAML text, such as the text in a result file; see `load`."""
     return _config(read_text(yaml, source), overrides)
 
 
@@ -70,7 +70,7 @@ def _config(
     if not readable:
         if document.data is not None or not document.problems:
             document.refuse(f"must hold lines `key: value`, not {quoted(document.data)}")
-        document.data = {}  # overrides are judged all the same
+        document.data = {}  # to judge the overrides all the same
     picked = apply_overrides(document, overrides)
     if not readable:
         document.raise_problems()

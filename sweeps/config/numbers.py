@@ -1,4 +1,4 @@
-"""Numbers, texts and names of parameters as people write them, and what is said of others."""
+"""Numbers, texts and names of parameters as people write them, and messages about mistakes."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from stickslip.variables import (
 from sweeps.config.diagnostics import quoted
 from sweeps.human import did_you_mean
 
-# Digits beyond this are beyond a float; a bound keeps int() and the division quick.
+# More digits are beyond a float, and would make int() and the division slow.
 _RATIONAL = re.compile(r"\s*([+-]?\d{1,300})\s*/\s*(\d{1,300})\s*")
 RATIONAL_PATTERN = r"^\s*[+-]?\d+\s*/\s*\d+\s*$"
-"""What a text is that may stand for a number, in JSON Schema."""
+"""The pattern, in JSON Schema, of a text allowed in place of a number."""
 
 _NUMBER = r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?"
 _REMEDIES = (
@@ -33,15 +33,15 @@ _REMEDIES = (
     (r"[-+]?\d+(_\d+)+.*", "write it without underscores"),
     (r"\d+(:\d+)+", "a colon has no meaning in a number"),
     (rf"{_NUMBER}\s*[^\d\s.,*/+^()-].*", "write the number alone, in SI units"),
-    (r"[\d\s.eE*/+^()-]+", "nothing is computed but fractions of integers such as -2/3"),
+    (r"[\d\s.eE*/+^()-]+", "only fractions of integers are computed, such as -2/3"),
 )
 
 
 def number(value: object) -> float:
-    """Return `value` as a float: a number, or a fraction of two integers such as the text `-2/3`.
+    """Return `value` as a float; it is a number, or a fraction of integers such as the text `-2/3`.
 
-    NaN and infinities pass; -0 becomes 0, so that equal numbers have one spelling. Raises
-    ValueError, naming the remedy, for anything else; booleans and quoted numbers are no numbers.
+    NaN and infinities pass. -0 becomes 0, so that equal numbers have one spelling. Raises
+    ValueError with a remedy for anything else, including booleans and quoted numbers.
     """
     if isinstance(value, str):
         return _rational(value)
@@ -54,7 +54,7 @@ def number(value: object) -> float:
 
 
 def finite(value: object) -> float:
-    """Return `value` as a finite float, see `number`; NaN and infinities raise ValueError too."""
+    """Return `value` as a finite float; raises ValueError as `number` does, and for NaN and inf."""
     real = number(value)
     if not math.isfinite(real):
         raise ValueError(f"must be a finite number, not {quoted(value)}")
@@ -62,7 +62,7 @@ def finite(value: object) -> float:
 
 
 def whole(value: object) -> int:
-    """Return `value` as an int, 1e3 as 1000; raises ValueError if it is no whole number."""
+    """Return `value` as an int, such as 1000 for 1e3; raises ValueError if it is no integer."""
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     real = number(value)
@@ -72,7 +72,7 @@ def whole(value: object) -> int:
 
 
 def text(value: object) -> str:
-    """Return `value` if it is a text without control characters, else raise ValueError."""
+    """Return `value` if it is a text without control characters; raises ValueError otherwise."""
     if not isinstance(value, str):
         hint = "; put it in quotes" if isinstance(value, (bool, int, float)) else ""
         raise ValueError(f"must be a text, not {quoted(value)}{hint}")
@@ -82,9 +82,9 @@ def text(value: object) -> str:
 
 
 def full_name(key: str, *other_keys: str) -> str:
-    """Return the full name of the parameter that a key gives by name or symbol.
+    """Return the full name of a parameter for its name or symbol.
 
-    `other_keys` may stand beside it. Raises ValueError for all else.
+    Raises ValueError for another key, with the closest parameter or one of `other_keys` as a hint.
     """
     name = canonical_name(key)
     if name is None:
@@ -125,7 +125,7 @@ def _rational(value: str) -> float:
 
 
 def _remedy(value: str) -> str:
-    # Only the beginning: nobody writes a number this long, and the patterns stay quick.
+    # Nobody writes a longer number, and the patterns stay quick.
     beginning = value.strip()[:80]
     for pattern, remedy in _REMEDIES:
         if re.fullmatch(pattern, beginning):

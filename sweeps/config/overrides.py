@@ -1,10 +1,10 @@
-"""`--set KEY=VALUE`: a config is changed before it is judged, so that all rules hold as in a file.
+"""`--set KEY=VALUE`: changes of a config before it is checked, so that all rules of a file apply.
 
-A parameter takes its new value wherever it stood. A single number fixes it, and takes away its
-axis if it had one; a list or a form such as `{linspace: ...}` makes it an axis, in the old place
-or behind the others. A parameter linked in `cases` is no longer free: a list replaces its values,
-a single number is refused, and `case=INDEX` picks one case and fixes all that it links. Any other
-key is a path with dots, such as `integrator.rtol`.
+A parameter gets its new value in whatever section it is. A single number fixes it, and removes its
+axis if it had one. A list or a form such as `{linspace: ...}` makes it an axis, in the old place or
+after the other axes. For a parameter linked in `cases`, a list replaces its values and a single
+number is refused; `case=INDEX` picks one case and fixes all linked parameters. Any other key is a
+path with dots, such as `integrator.rtol`.
 """
 
 from __future__ import annotations
@@ -22,27 +22,28 @@ CASE = "case"
 
 
 class Option(str):
-    """A change `KEY=VALUE` that another option than `--set` stands for; messages name `option`."""
+    """A change `KEY=VALUE` made by another `option` than `--set`, which messages then name."""
 
     option: str
 
     def __new__(cls, change: str, option: str) -> Self:
-        """Return the change that an option makes."""
+        """Return the change made by an option."""
         self = super().__new__(cls, change)
         self.option = option
         return self
 
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> dict[str, Any]:
-    """Change a document as the overrides say; returns `case`, which is no key of it, if given.
+    """Apply overrides to a document; return `case` if given, which is no key of a document.
 
-    Problems are noted with the override as their source.
+    Notes problems with the override as their source.
     """
     done: dict[str, str] = {}
     picked: dict[str, Any] = {}
     for override in overrides:
+        source = override.option if isinstance(override, Option) else f"--set {shortened(override)}"
         key, equals, text = override.partition("=")
-        key, source = key.strip(), _source(override)
+        key = key.strip()
         name = canonical_name(key) or key
         written = Document(source)
         if not key or not equals:
@@ -57,10 +58,6 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> dict[str, A
         document.problems += [replace(problem, line=None) for problem in written.problems]
         document.warnings += [replace(warning, line=None) for warning in written.warnings]
     return picked
-
-
-def _source(override: str) -> str:
-    return override.option if isinstance(override, Option) else f"--set {shortened(override)}"
 
 
 def _apply(document: Document, key: str, written: Document, picked: dict[str, Any]) -> None:

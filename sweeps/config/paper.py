@@ -1,4 +1,4 @@
-"""The shipped configs, and how the figures of the paper are made of them."""
+"""The shipped configs, and the figures of the paper that they make."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure of the paper: a shipped config, overrides of it, and the name of the picture."""
+    """A figure of the paper: a shipped config, the name of the picture, and overrides."""
 
     config: str
     figure: str
@@ -30,9 +30,9 @@ PAPER: dict[int, PaperFigure] = {
 
 
 def shipped_config(name: str) -> Path:
-    """The path of a shipped config such as `fig7`; raises FileNotFoundError if there is none.
+    """Return the path of a shipped config such as `fig7`; raises FileNotFoundError for others.
 
-    In a checkout the configs lie beside the package, in an installed wheel inside it.
+    An installed wheel has the configs inside the package, a checkout next to it.
     """
     for folder in (_PACKAGE / "configs", _PACKAGE.parent / "configs"):
         path = folder / f"{name}.yaml"

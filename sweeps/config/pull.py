@@ -1,4 +1,4 @@
-"""`simulation.drive`: a motion of the upper block other than the periodic one."""
+"""`simulation.drive`: a motion of the upper block that is not periodic."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from sweeps.exits import ExpectedError
 from sweeps.input_files import DataError, number_in, table_of
 from sweeps.paths import expanded
 
-# A file of a result holds the nodes in its config.
+# The config in a result file contains the nodes.
 _MOST_NODES = 20_000
 
 
 class Drive(Group):
-    """A motion of the upper block: a constant velocity, or one that is linear between nodes.
+    """A motion of the upper block: a constant velocity, or a velocity linear between nodes.
 
-    The velocity is held before the first node and after the last one. It jumps between two nodes at
-    one time.
+    The velocity is constant before the first node and after the last. It jumps between two nodes at
+    the same time.
     """
 
     example: ClassVar[str] = "{velocity: 2e-6} or {table: FILE.csv}"
@@ -32,12 +32,12 @@ class Drive(Group):
     velocity: float | None = Field(None, description="a constant velocity in m/s")
     table: Text | None = Field(
         None,
-        description="a CSV file with the columns `elapsed_time` [s] and `velocity` [m/s], of at "
-        f"most {_MOST_NODES} rows; from the folder of the config, or with `~` and `$NAME` as in "
-        "`output`",
+        description="a CSV file with the columns `elapsed_time` [s] and `velocity` [m/s] and at "
+        f"most {_MOST_NODES} rows; a relative path starts at the folder of the config, and `~` and "
+        "`$NAME` are allowed as in `output`",
     )
     nodes: Annotated[tuple[tuple[Finite, Finite], ...], Field(max_length=_MOST_NODES)] | None = (
-        Field(None, description="the rows [s, m/s] of such a table")
+        Field(None, description="the rows [s, m/s] of a table")
     )
 
     @model_validator(mode="after")
@@ -51,7 +51,7 @@ class Drive(Group):
 
     @property
     def pull(self) -> Any:
-        """The same for `stickslip.simulate`."""
+        """The argument `drive` of `stickslip.simulate`."""
         if self.velocity is not None:
             return self.velocity
         nodes = np.array(self.nodes or (), dtype=float).reshape(-1, 2)
@@ -59,20 +59,20 @@ class Drive(Group):
 
 
 class PulledError(ExpectedError, ValueError):
-    """A sweep was asked of a config whose upper block is pulled."""
+    """A sweep of a config whose upper block is pulled."""
 
 
 def refuse_pull(drive: Drive | None) -> None:
-    """Raise PulledError where there is another drive than the periodic one."""
+    """Raise PulledError if the drive is not periodic."""
     if drive is not None:
         raise PulledError(
-            "simulation.drive: a sweep computes orbits under the periodic drive, and a pull has "
-            "none; use `stickslip simulate`, or leave the drive out"
+            "simulation.drive: a sweep computes orbits under the periodic drive, and a pull has no "
+            "orbits; use `stickslip simulate`, or leave the drive out"
         )
 
 
 def read_table(document: Document, folder: Path) -> None:
-    """Put the rows of a table in the place of its name in a document; refuse what is wrong."""
+    """Replace the name of a table in a document by its rows; refuse a table with mistakes."""
     drive = document.section("simulation").get("drive")
     if not isinstance(drive, dict) or not isinstance(drive.get("table"), str):
         return
@@ -93,11 +93,13 @@ def _nodes(name: str, folder: Path) -> list[list[float]]:
     table = table_of(file)
     for name in COLUMNS:
         if (count := table.header.count(name)) != 1:
-            what = f"needs the columns {' and '.join(COLUMNS)}, each once"
-            table.refuse(f"{what}; {name} is {'given twice' if count else 'missing'}", table.head)
+            needed = f"needs the columns {' and '.join(COLUMNS)}, each once"
+            table.refuse(f"{needed}; {name} is {'given twice' if count else 'missing'}", table.head)
     if len(table.cells) > _MOST_NODES:
-        what = f"has {len(table.cells)} rows, more than {_MOST_NODES}"
-        table.refuse(f"{what}; the velocity is linear in between, so that fewer may do")
+        table.refuse(
+            f"has {len(table.cells)} rows, more than {_MOST_NODES}; the velocity is linear between "
+            "rows, so fewer may do"
+        )
     table.raise_problems()
     places = {name: table.header.index(name) for name in COLUMNS}
     columns = table.columns(places, lambda cell, _: finite(number_in(cell)))

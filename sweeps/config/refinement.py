@@ -1,4 +1,4 @@
-"""`refine`: axes that are computed coarsely first, and then where needed."""
+"""`refine`: axes computed coarsely first, and then more finely where needed."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from sweeps.config.group import Group
 from sweeps.config.numbers import Text, finite
 
 _MOST_LEVELS = 6
-_MOST_AXES = 3  # the cells of more have more corners than refinement saves points
+_MOST_AXES = 3  # with more axes, corners of cells cost more points than refinement saves
 _REGIME = "regime"
 
-# The full name of a parameter; whether it is swept is seen later.
+# The full name of a parameter; a later check requires that it is swept.
 AxisName = Annotated[Text, AfterValidator(lambda name: canonical_name(name) or name)]
 
 
@@ -28,7 +28,7 @@ def _condition(value: object) -> str | float:
     except ValueError:
         raise ValueError(f"must be {_REGIME} or a number, not {quoted(value)}") from None
     if not 0 < part < 1:
-        raise ValueError(f"must be a part between 0 and 1, not {part:g}")
+        raise ValueError(f"must be a fraction between 0 and 1, not {part:g}")
     return part
 
 
@@ -42,7 +42,7 @@ Condition = Annotated[
 
 
 def _with_regime(conditions: tuple[str | float, ...]) -> tuple[str | float, ...]:
-    """Return the conditions in their one order; the regime counts even where it is not named."""
+    """Return the conditions in a fixed order; the regime counts even if it is not named."""
     parts = [condition for condition in conditions if condition != _REGIME]
     if len(parts) > 1:
         raise ValueError(f"takes {_REGIME} and one number, such as [{_REGIME}, 1e-2]")
@@ -50,7 +50,7 @@ def _with_regime(conditions: tuple[str | float, ...]) -> tuple[str | float, ...]
 
 
 class Refine(Group):
-    """Axes computed coarsely first, then finer where the regime changes or interpolation misses."""
+    """Axes computed coarsely, then more finely where the regime changes or interpolation misses."""
 
     example: ClassVar[str] = (
         "{axes: [temperature, angular_frequency], levels: 3, where: [regime, 1e-2]}"
@@ -64,11 +64,11 @@ class Refine(Group):
         BeforeValidator(lambda value: value if isinstance(value, (list, tuple)) else [value]),
     ] = Field(
         (_REGIME, 1e-2),
-        description="a change of regime; fraction of an amplitude by which the middle of a "
-        "cell may miss interpolation",
+        description="a change of regime; the fraction of an amplitude by which interpolation may "
+        "miss the middle of a cell",
     )
 
     @property
     def miss(self) -> float | None:
-        """The part of an amplitude in `where`; None asks for the same regime at corners alone."""
+        """The fraction of an amplitude in `where`; None if only the regime at corners counts."""
         return next((part for part in self.where if isinstance(part, float)), None)

@@ -1,4 +1,4 @@
-"""`sample`: points drawn from a box of parameters, as linked values of `cases`."""
+"""`sample`: points drawn from a box of parameters, which become linked values of `cases`."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from sweeps.paths import expanded
 
 
 class Logarithmic(Group):
-    """A range that is drawn evenly in the logarithm."""
+    """A range sampled evenly in the logarithm."""
 
     example: ClassVar[str] = "{log: [low, high]}"
 
-    log: Pair | None = Field(None, description="a range, drawn evenly in the logarithm")
+    log: Pair | None = Field(None, description="a range, sampled evenly in the logarithm")
 
 
 class Named(Logarithmic):
-    """A distribution by its name."""
+    """A distribution given by name."""
 
     uniform: Pair | None = Field(None, description="a range")
     normal: Pair | None = Field(None, description="mean and standard deviation")
@@ -53,7 +53,7 @@ _PAIR = TypeAdapter(Pair)
 
 
 def _distribution(written: object) -> Distribution:
-    """Return a distribution as it was written; raises ValueError."""
+    """Return a distribution from its form in the config; raises ValueError."""
     kind, numbers = as_written(written)
     if not isinstance(numbers, list) or len(numbers) != 2:
         raise ValueError(f"must be {FORMS}")
@@ -63,14 +63,14 @@ def _distribution(written: object) -> Distribution:
 
 
 def _fitted(read: object) -> Fitted | None:
-    """Return the parameters of a fit, which `read_fit` has read; raises ValueError."""
+    """Return the parameters of a fit read by `read_fit`; raises ValueError for anything else."""
     if read is None or isinstance(read, Fitted):
         return read
     raise ValueError(f"must be the name of a file that `stickslip fit` wrote, not {quoted(read)}")
 
 
 class Sample(Group):
-    """Points drawn from a box, as linked values; NAME: [low, high], or a named distribution."""
+    """Points drawn from a box, as linked values. NAME: [low, high], or a named distribution."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -78,7 +78,7 @@ class Sample(Group):
         "{sobol: 1024, seed: 1, temperature: [150, 320], spring_stiffness: {log: [500, 1e4]}}"
     )
 
-    # The parameters, by their full names.
+    # The parameters, by full name.
     __pydantic_extra__: dict[
         Annotated[str, AfterValidator(lambda key: full_name(key, *Sample.written_keys()))],
         Annotated[
@@ -97,33 +97,35 @@ class Sample(Group):
     ] = Field(
         None,
         alias="from",
-        description="a file of `stickslip fit`: its free parameters, drawn together from a normal "
-        "distribution with the covariance of the fit; from the folder of the config, or with `~` "
-        "and `$NAME` as in `output`",
+        description="a file of `stickslip fit`: its free parameters are drawn together from a "
+        "normal distribution with the covariance of the fit; a relative path starts at the folder "
+        "of the config, and `~` and `$NAME` are allowed as in `output`",
     )
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
-        one_way = (self.sobol is None) != (self.latin_hypercube is None)
-        if not one_way or not (self.written or self.fitted):
-            needed = "sobol or latin_hypercube, and parameters"
-            raise ValueError(f"needs {needed}; write {self.example}")
+        has_one_way = (self.sobol is None) != (self.latin_hypercube is None)
+        if not has_one_way or not (self.written or self.fitted):
+            raise ValueError(
+                f"needs sobol or latin_hypercube, and parameters; write {self.example}"
+            )
         return self
 
     @property
     def written(self) -> dict[str, Distribution]:
-        """The distribution of each parameter, as it was written."""
+        """The distribution of each parameter as written."""
         return self.__pydantic_extra__
 
     @property
     def ranges(self) -> dict[str, Distribution]:
-        """The distribution of each parameter, within the values that it may have."""
+        """The distribution of each parameter, restricted to its valid values."""
         return {name: of_parameter(drawn, name) for name, drawn in self.written.items()}
 
     def cases(self) -> dict[str, tuple[float, ...]]:
         """Return the drawn values of each parameter.
 
-        Sets of the parameters of a fit that cannot be are left out: the distribution is truncated.
+        Sets with invalid values of the parameters of a fit are left out, which truncates the
+        distribution.
         """
         unit = self._unit()
         drawn = {name: r.values(unit[:, i]) for i, (name, r) in enumerate(self.ranges.items())}
@@ -136,33 +138,32 @@ class Sample(Group):
         return {name: tuple(values.tolist()) for name, values in drawn.items()}
 
     def _unit(self) -> NDArray[np.float64]:
-        """Return points (n, parameters) in [0, 1)."""
+        """Return the sampled points (n, parameters) in [0, 1)."""
         from scipy.stats import qmc
 
         width = len(self.written) + (len(self.fitted.joint.names) if self.fitted else 0)
         rng = np.random.default_rng(self.seed)
         if self.sobol:
-            # A longer sequence begins with the shorter one: a sweep that grows keeps its points.
+            # A longer sequence begins with the shorter one, so a growing sweep keeps its points.
             power = (self.sobol - 1).bit_length()
             return np.asarray(qmc.Sobol(width, rng=rng).random_base2(power)[: self.sobol])
         return np.asarray(qmc.LatinHypercube(width, rng=rng).random(self.latin_hypercube))
 
     def __str__(self) -> str:
-        """Return how the points were drawn, for the file."""
+        """Return a description of the draw for the result file."""
         way = f"sobol {self.sobol}" if self.sobol else f"latin_hypercube {self.latin_hypercube}"
         ranges = [f"{name} {drawn}" for name, drawn in self.written.items()]
-        how = ", ".join([way, f"seed {self.seed}", *ranges])
+        description = ", ".join([way, f"seed {self.seed}", *ranges])
         if self.fitted is None:
-            return how
-        left_out = (self.sobol or self.latin_hypercube or 0) - len(
-            next(iter(self.cases().values()))
-        )
-        lost = f"; {left_out} left out, of values that cannot be" if left_out else ""
-        return f"{how}, {self.fitted}{lost}"
+            return description
+        kept = len(next(iter(self.cases().values())))
+        left_out = (self.sobol or self.latin_hypercube or 0) - kept
+        invalid = f"; {left_out} sets left out for invalid values" if left_out else ""
+        return f"{description}, {self.fitted}{invalid}"
 
 
 def read_fit(document: Document, folder: Path) -> None:
-    """Put the parameters in the file of a fit in the place of its name; refuse what is wrong."""
+    """Replace the name of the file of a fit by the parameters in it; refuse a wrong file."""
     sample = document.section("sample")
     name = sample.get("from")
     if not isinstance(name, str):

@@ -1,6 +1,6 @@
-"""The one declaration of a config: its keys, what each may be, and what it means.
+"""The declaration of a config: its keys, with their valid values and meanings.
 
-It judges values one by one; `sweeps.config.checks` judges several together.
+It checks values one by one; `sweeps.config.checks` checks several together.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ _MAX_SAMPLES = 100_000_000
 
 
 def _one_of(names: Iterable[str]) -> GetPydanticSchema:
-    """Return the type of a text that is one of these names, which tables tell at run time."""
+    """Return the type of a text that is one of these names, which are known at run time."""
     return GetPydanticSchema(lambda *_: literal_schema([*names]))
 
 
 def _option(option: str, **other: Any) -> Any:
-    """Return the field of an option of the integrators."""
+    """Return the field for an option of the integrators."""
     what = OPTIONS[option]
     declared = {
         "default": what.default,
@@ -73,20 +73,20 @@ def _option(option: str, **other: Any) -> Any:
 
 
 def _of_ensembles(option: str) -> Any:
-    """Return the field of an option that applies only to a stochastic film."""
+    """Return the field for an option that applies only to a stochastic film."""
     what = OPTIONS[option]
     description = f"{STOCHASTIC} only: {what.meaning}; by default {what.default}"
     return _option(option, default=None, description=description, validate_default=True)
 
 
 def _belongs_to(key: str, *owners: str, default: Any = None) -> AfterValidator:
-    """Refuse a value that needs certain values of another key in its section.
+    """Return a validator for a key that belongs to some values, `owners`, of another key.
 
-    For those values, a missing key has the value `default`.
+    If the other key has such a value, a missing key gets the value `default`.
     """
 
     def check(value: Any, info: ValidationInfo) -> Any:
-        given = info.data.get(key, owners[0])  # refused itself: of no consequence here
+        given = info.data.get(key, owners[0])  # absent if refused, which is reported there
         if value is None:
             return default if given in owners else None
         if given not in owners:
@@ -97,12 +97,12 @@ def _belongs_to(key: str, *owners: str, default: Any = None) -> AfterValidator:
 
 
 def _of_noise(option: str) -> AfterValidator:
-    """Refuse an option that only a stochastic film has; give it its default."""
+    """Return a validator for an option that belongs to stochastic films, with its default."""
     return _belongs_to("treatment", STOCHASTIC, default=OPTIONS[option].default)
 
 
 def _of_method(option: str) -> AfterValidator:
-    """Refuse an option that the method does not have."""
+    """Return a validator for an option that belongs to some methods."""
     return _belongs_to("method", *(n for n, m in METHODS.items() if m.own_option == option))
 
 
@@ -110,10 +110,10 @@ _SCHEMES = ("tcp", "tls", "ws", "wss")
 
 
 def _address(value: str | None) -> str | None:
-    """Refuse what cannot be the address of a scheduler, which no second attempt would reach."""
+    """Refuse a text that cannot be the address of a scheduler, so that nobody waits for it."""
     if value is None:
         return None
-    with contextlib.suppress(ValueError):  # such as a port that is no number
+    with contextlib.suppress(ValueError):  # for example a port that is no number
         address = urlsplit(value)
         is_host = address.hostname and address.port and not address.path
         # A cluster within this process has no port.
@@ -129,7 +129,7 @@ def _not_blank(value: str) -> str:
 
 
 def _observables(value: object) -> object:
-    """Return the groups of a list in the order of the registry: another order is the same."""
+    """Return groups of observables in the order of the registry, since their order is free."""
     if not isinstance(value, (list, tuple)):
         raise ValueError(f"must be a list of {' and '.join(OBSERVABLES)}, not {quoted(value)}")
     known = [name for name in OBSERVABLES if name in value]
@@ -146,7 +146,7 @@ Line = Annotated[Text, AfterValidator(_not_blank)]
 
 
 class Section(Group):
-    """A section of settings; all keys have defaults."""
+    """A section of settings, whose keys all have defaults."""
 
     def used(self) -> dict[str, Any]:
         """Return the keys that have an effect, with their values."""
@@ -166,7 +166,7 @@ class Integrator(Section):
     max_error: float = _option("max_error")
 
     def used(self) -> dict[str, Any]:
-        """Return what the method uses: the tolerance or the step, never both."""
+        """Return the keys that the method uses: the tolerance or the step, never both."""
         own = {method.own_option for method in METHODS.values()}
         unused = own - {METHODS[self.method].own_option}
         return self.model_dump(exclude=unused, exclude_none=True)
@@ -199,11 +199,11 @@ class Film(Section):
 
     friction: Annotated[
         Text, WithJsonSchema({"anyOf": [{"enum": [*FRICTION_LAWS]}, {"type": "string"}]})
-    ] = Field(DEFAULTS.friction, description="law of the viscous stress, ours or your own")
+    ] = Field(DEFAULTS.friction, description="law of the viscous stress, one of ours or yours")
     law: Text | None = Field(
         None,
-        description="identity of a law of your own, which results carry: the name, the version and "
-        "a hash of its package; by default that of the installed one",
+        description="identity of a law of yours, which results store: the name, the version and a "
+        "hash of its package; by default the identity of the installed law",
     )
     strain: Annotated[str, _one_of(STRAINS)] = Field(
         DEFAULTS.strain,
@@ -250,7 +250,7 @@ class Plot(Section):
     figure: Annotated[str, _one_of(FIGURES)] = Field(
         next(iter(FIGURES)),
         description="; ".join(
-            f"{', '.join(names)}: of {drawn}"
+            f"{', '.join(names)}: for {drawn}"
             for drawn, names in groupby(FIGURES, key=lambda name: FIGURES[name].drawn)
         ),
     )
@@ -261,7 +261,7 @@ class Plot(Section):
         None,
         ge=0,
         lt=1,
-        description="free_energy, landscape: the strain; by default that of Fig. 2",
+        description="free_energy, landscape: the strain; by default the strain of Fig. 2",
     )
 
 
@@ -281,16 +281,22 @@ class Simulation(Section):
     ] = Field(
         None,
         description="parameters that change together along the run: "
-        "`periods` at the first values, as many at the second, and so on",
+        "`periods` with the first values, as many with the second values, and so on",
     )
     drive: Drive | None = Field(
         None, description="pull the upper block instead of moving it periodically (adaptive)"
     )
     duration: float | None = Field(
-        None, gt=0, description="seconds of a `drive`; by default to the last time of its table"
+        None,
+        gt=0,
+        description="length of a run with a `drive`, in s; by default up to the last time in its "
+        "table",
     )
     samples: int = Field(
-        PULL_SAMPLES, ge=2, le=_MAX_SAMPLES, description="samples of a `drive`, evenly spaced"
+        PULL_SAMPLES,
+        ge=2,
+        le=_MAX_SAMPLES,
+        description="number of samples of a run with a `drive`, evenly spaced",
     )
 
     @model_validator(mode="after")
@@ -303,8 +309,8 @@ class Simulation(Section):
             raise ValueError("`schedule` belongs to the periodic drive; leave it or `drive` out")
         if self.start == "stationary":
             raise ValueError(
-                "`start: stationary` belongs to the periodic drive, no other one has a stationary "
-                "orbit; leave it or `drive` out"
+                "`start: stationary` belongs to the periodic drive, since only that has a "
+                "stationary orbit; leave it or `drive` out"
             )
         if self.drive.velocity is not None and self.duration is None:
             raise ValueError("`drive: {velocity: ...}` needs a `duration` in s")
@@ -315,28 +321,30 @@ class Simulation(Section):
         sections = len(next(iter((self.schedule or {}).values()), (0,)))
         if self.periods * self.samples_per_period * sections > _MAX_SAMPLES:
             raise ValueError(
-                f"`periods` times `samples_per_period`, of all sections together, must be at most "
+                f"`periods` times `samples_per_period`, summed over the schedule, must be at most "
                 f"{_MAX_SAMPLES}"
             )
         return self
 
     def arguments(self) -> dict[str, Any]:
-        """Return what `stickslip.simulate` is asked for."""
-        own = ("drive", "duration", "samples")
+        """Return the arguments for `stickslip.simulate`."""
         if self.drive is None:
-            return self.model_dump(exclude={*own})
-        pull = {"drive": self.drive.pull, "duration": self.duration, "samples": self.samples}
-        return pull | {"start": self.start}
+            return self.model_dump(exclude={"drive", "duration", "samples"})
+        return {
+            "drive": self.drive.pull,
+            "duration": self.duration,
+            "samples": self.samples,
+            "start": self.start,
+        }
 
 
 class Config(Group):
     """What to compute, how, and where to write it.
 
-    Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
-    adds the paper's values for the rest. `sweep` keeps the order of its axes. The points that
-    `sample` draws are stored in `cases`. `load` and `from_mapping` return only valid configs; two
-    are equal if they ask for the same computation, executed in the same way and written to the same
-    file.
+    Parameters have their full names. `model` holds the fixed parameters in the config; `parameters`
+    adds the paper's values for the others. `sweep` keeps the order of its axes. The points drawn by
+    `sample` are in `cases`. `load` and `from_mapping` return only valid configs. Two configs are
+    equal if they describe the same computation, execution and output file.
     """
 
     title: Line | None = Field(None, description="One line about the result.")
@@ -347,7 +355,9 @@ class Config(Group):
         {}, description="Full product of these axes, in this order."
     )
     cases: dict[ParameterName, Axis] = Field(
-        {}, description="Linked values: the first of each, the second of each ..."
+        {},
+        description="Linked values: case 0 has the first value of each parameter, case 1 the "
+        "second, and so on.",
     )
     sample: Sample | None = None
     follow: AxisName | None = Field(
@@ -360,31 +370,31 @@ class Config(Group):
     film: Film = Film()
     observables: Annotated[
         tuple[Annotated[str, _one_of(OBSERVABLES)], ...], BeforeValidator(_observables)
-    ] = Field((), description="Without effect: all result variables are computed.")
+    ] = Field((), description="Has no effect: all result variables are computed.")
     execution: Execution = Execution()
     plot: Plot = Plot()
     simulation: Simulation = Simulation()
     output: Annotated[Line, AfterValidator(expanded)] = Field(
         "results/sweep.nc",
         description="Result file; by default NAME.yaml writes results/NAME.nc. `~` is the home "
-        "folder, and `$NAME` a variable of the environment.",
+        "folder, and `$NAME` an environment variable.",
     )
     _warnings: tuple[str, ...] = ()
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Values that are allowed but probably not meant, a line each."""
+        """A line for each value that is allowed but probably a mistake."""
         return self._warnings
 
     def settled(self, warnings: Iterable[str], **keys: Any) -> Config:
-        """Return the same with other values of some keys, and with warnings."""
+        """Return the config with other values of some keys, and with warnings."""
         config = self.model_copy(update=keys)
         config._warnings = tuple(warnings)
         return config
 
     @property
     def names(self) -> set[str]:
-        """The parameters with a value of their own."""
+        """The parameters that have values in the config."""
         return {*self.model, *self.sweep, *self.cases}
 
     def values(self, name: str) -> tuple[float, ...]:
@@ -393,15 +403,15 @@ class Config(Group):
         return self.sweep.get(name) or self.cases.get(name) or (self.model.get(name, default),)
 
     def parameters(self) -> Parameters:
-        """Return the fixed parameters, with the paper's values for those that are not given."""
+        """Return the fixed parameters, with the paper's values by default."""
         return Parameters(**self.model)
 
     def defining(self) -> dict[str, dict[str, Any]]:
-        """Return the settings, by section, that besides the parameters make the numbers."""
+        """Return the settings, by section, that determine the numbers besides the parameters."""
         return {name: getattr(self, name).used() for name in DEFINING}
 
     def resolved(self) -> dict[str, Any]:
-        """Return all that defines the result, without `execution` and `output`, ready for JSON."""
+        """Return the keys that define the result, not `execution` and `output`, ready for JSON."""
         varied = {*self.sweep, *self.cases}
         fixed = self.parameters()._asdict()
         title = {} if self.title is None else {"title": self.title}
@@ -416,26 +426,26 @@ class Config(Group):
         }
 
     def order(self) -> dict[str, Any]:
-        """Return the keys that say which points are computed, and in which order."""
+        """Return the keys that choose the computed points and their order."""
         follow = {} if self.follow is None else {"follow": self.follow}
         return follow | ({"refine": self.refine.model_dump(mode="json")} if self.refine else {})
 
     def resolved_yaml(self) -> str:
-        """Return `resolved` as YAML; it is an equal config but for `execution` and `output`."""
+        """Return `resolved` as YAML, which gives an equal config but for `execution`, `output`."""
         return block_yaml(self.resolved())
 
     def sha256(self) -> str:
-        """Return the hash of what defines the numbers: title, plot and simulation do not enter."""
+        """Return the hash of the keys that define the numbers, not title, plot and simulation."""
         resolved = self.resolved()
         parts: dict[str, Any] = {key: resolved[key] for key in (*PARAMETER_SECTIONS, *DEFINING)}
-        # Newer parameters at their defaults, which older results lack, do not count.
+        # Older results lack the newer parameters, which therefore count only off their defaults.
         parts["model"] = {
             name: value
             for name, value in parts["model"].items()
             if name not in _NEWER or value != PARAMETERS[name].default
         }
         parts |= self.order()
-        # As pairs, because the order of the axes is the order of the dimensions.
+        # Pairs keep the order of the axes, which is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
         canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(canonical.encode()).hexdigest()
@@ -453,9 +463,9 @@ class Config(Group):
 
     @classmethod
     def unknown_key(cls, key: str) -> str:
-        """Return where an unknown key would be right, or which key may be meant."""
+        """Return a complaint about an unknown key, with its right place or a known key close by."""
         if canonical_name(key):
-            return "unknown key; a parameter stands under `model`, `sweep` or `cases`"
+            return "unknown key; a parameter belongs under `model`, `sweep` or `cases`"
         hint = cls.home_of(key) or did_you_mean(key, [*KEYS, *BY_SYMBOL, *PARAMETERS])
         return "unknown key" + (hint or f"; known are {', '.join(KEYS)}")
 
@@ -464,4 +474,4 @@ KEYS = tuple(Config.model_fields)
 _NEWER = ("third_harmonic", "fifth_harmonic")
 
 DEFINING = ("integrator", "stationary", "noise", "film")
-"""The sections that, besides the parameters, make the numbers of a point."""
+"""The sections that determine the numbers of a point besides the parameters."""

@@ -1,7 +1,7 @@
-"""Strict YAML 1.2 with a line number for every value.
+"""Read strict YAML 1.2, with a line number for every value.
 
-A config is data: anchors, aliases, merge keys, tags, directives, duplicate keys and several
-documents are refused, and nothing in a file can make the reader hang, recurse deeply or run code.
+A config is data. The reader refuses anchors, aliases, merge keys, tags, directives, duplicate keys
+and several documents, and nothing in a file can make it hang, recurse deeply or run code.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sweeps.human import reason
 from sweeps.input_files import NotTextError, text_of
 
 _MOST_MIB = 1
-_MAX_KEYS = 2000  # each would be read, compared with those that there are, and told
+_MAX_KEYS = 2000  # each key is read, compared with the known keys, and reported
 
 # YAML 1.2.2, section 10.3.2 (core schema); ruamel's own numbers may hold underscores.
 _INTEGER = re.compile(r"[-+]?[0-9]+")
@@ -35,10 +35,10 @@ _WORDS: dict[str, object] = {
     **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), -math.inf),
     **dict.fromkeys((".nan", ".NaN", ".NAN"), math.nan),
 }
-# More digits than this are beyond a float; int() itself gives up at 4300.
+# More digits than this are beyond a float; int() refuses more than 4300.
 _LONGEST_INTEGER = 400
 
-# `[3,000]` is a list of 3 and 0: valid, and hardly ever meant.
+# `[3,000]` is a list of 3 and 0, which is valid but hardly ever meant.
 _THOUSANDS = re.compile(r"0\d\d")
 
 _REMEDIES = {
@@ -50,17 +50,17 @@ _REMEDIES = {
     "cannot start any token": "a text that starts with this character needs quotes",
 }
 _MESSAGES = {
-    "another document": "a second document starts here; a config is one",
-    r"'\t' that cannot start": "has a tab where none may stand; write spaces instead of tabs",
+    "another document": "a second document starts here; a config is a single document",
+    r"'\t' that cannot start": "has a tab where YAML allows none; write spaces instead of tabs",
     "too many keys": f"has more than {_MAX_KEYS} keys, which no config has",
     "maximum depth": "is nested too deeply; a config has four levels of keys at most",
 }
 
 
 def read_file(path: pathlib.Path) -> Document:
-    """Return what a whole file holds; where it is unreadable, the document says why.
+    """Return the document in a file, with a problem if the file cannot be read.
 
-    A UTF-8 byte order mark, as some editors write it, is accepted.
+    A UTF-8 byte order mark, which some editors write, is accepted.
     """
     document = Document(str(path))
     try:
@@ -75,9 +75,9 @@ def read_file(path: pathlib.Path) -> Document:
 
 
 def read_text(text: str, source: str, *path: str) -> Document:
-    """Return what a YAML text holds; where it is unreadable, the document says why.
+    """Return the document in a YAML text, with a problem if the text cannot be read.
 
-    `path` leads to the whole text, where it is the value of a key.
+    If the text is the value of a key, `path` is the path of that key.
     """
     document = Document(source)
     if directive := re.search(r"^%", text, re.MULTILINE):
@@ -93,16 +93,16 @@ def read_text(text: str, source: str, *path: str) -> Document:
         mark = error.problem_mark or error.context_mark
         document.refuse_line(mark.line + 1 if mark else None, _syntax_message(error), *path)
     except (YAMLError, ValueError, OverflowError) as error:
-        # Escapes beyond Unicode such as "\UFFFFFFFF" end in chr(), which raises the latter two.
+        # chr() raises the last two errors for escapes beyond Unicode such as "\UFFFFFFFF".
         document.refuse_line(None, f"is not valid YAML: {error}", *path)
     return document
 
 
 def read_mapping(text: str, source: str) -> dict[str, Any]:
-    """Return the mapping that a YAML text holds, without the places; raises ConfigError."""
+    """Return the mapping in a YAML text, without the places; raises ConfigError."""
     document = read_text(text, source)
     if document.data is not None and not isinstance(document.data, dict):
-        document.refuse("is no mapping")
+        document.refuse("is not a mapping")
     document.raise_problems()
     return document.data or {}
 
@@ -117,14 +117,14 @@ def _syntax_message(error: MarkedYAMLError) -> str:
 
 
 class _Reader:
-    """Makes plain values of ruamel's events, and notes their places and what no config has."""
+    """A reader that turns ruamel's events into plain values, and notes places and problems."""
 
     def __init__(self, text: str, source: str, path: Path) -> None:
         self.text, self.document, self.path, self.keys = text, Document(source), path, 0
         self.events: Iterator[Any] = YAML(typ="safe", pure=True).parse(text)
 
     def read(self) -> Document:
-        """Return what the text holds; raises YAMLError, or an error of Python."""
+        """Return the document in the text; raises YAMLError, or an error of Python."""
         next(self.events)  # the stream begins
         if isinstance(next(self.events), events.DocumentStartEvent):
             root = next(self.events)
@@ -137,7 +137,7 @@ class _Reader:
 
     def _value(self, event: Any, *path: str | int) -> Any:
         """Return the value that begins with an event."""
-        if isinstance(event, events.AliasEvent):  # not followed: aliases could fill the memory
+        if isinstance(event, events.AliasEvent):  # following aliases could fill the memory
             message = f"the alias *{event.anchor} is refused; write the value out"
             self.document.refuse(message, *path)
             return UNREADABLE
@@ -150,7 +150,7 @@ class _Reader:
         return [self._item(item, *path, i) for i, item in enumerate(self._inner(*path))]
 
     def _inner(self, *path: str | int) -> Iterator[Any]:
-        """Yield the events with which the items or the keys of the value at a path begin."""
+        """Yield the first event of each item or key of the value at a path."""
         while not isinstance(event := next(self.events), events.CollectionEndEvent):
             depth = len(path) + 2 - len(self.path)  # of the event; the whole text is 1 deep
             if depth > MAX_DEPTH and not isinstance(event, events.AliasEvent):
@@ -177,7 +177,7 @@ class _Reader:
                 values[key] = self._value(next(self.events), *inner)
                 continue
             self.document.refuse_line(line, message, *inner)
-            document, self.document = self.document, Document("")  # what follows is not judged
+            document, self.document = self.document, Document("")  # notes nothing of this value
             self._value(event, *path, key)
             self._value(next(self.events), *path, key)
             self.document = document

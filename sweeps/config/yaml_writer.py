@@ -1,4 +1,4 @@
-"""Writes a config as YAML that every reader, of YAML 1.1 or 1.2, sees alike and floats survive."""
+"""Write a config as YAML that readers of YAML 1.1 and 1.2 read alike, without loss in floats."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import json
 import re
 from collections.abc import Mapping
 
-# JSON is YAML, but for raw characters that a reader takes for line breaks or refuses.
+# JSON is YAML, except for raw characters that a reader takes for line breaks or refuses.
 _SPECIAL = re.compile(r"[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 
 
 def block_yaml(mapping: Mapping[str, object]) -> str:
-    """Return one key a line, indented below its section; what lies deeper stays in one line."""
+    """Return a line for each key, indented below its section; deeper values stay in that line."""
     lines: list[str] = []
     for key, value in mapping.items():
         if isinstance(value, Mapping) and value:
@@ -30,7 +30,7 @@ def _flow(value: object) -> str:
             "{" + ", ".join(f"{_flow(key)}: {_flow(child)}" for key, child in value.items()) + "}"
         )
     if isinstance(value, float):
-        # 1e-09 is a text in YAML 1.1, 1.0e-09 is a number in both.
+        # In YAML 1.1 1e-09 is a text; 1.0e-09 is a number in both versions.
         return re.sub(r"^(-?\d+)e", r"\1.0e", repr(value))
     quoted = json.dumps(value, ensure_ascii=False, allow_nan=False)
     return _SPECIAL.sub(lambda match: f"\\u{ord(match[0]):04x}", quoted)

@@ -88,12 +88,12 @@ def test_a_table_that_is_not_there(tmp_path: Path) -> None:
         (
             {"drive": {"nodes": [[0, 1], [1, 1]]}},
             {"integrator": {"method": "euler-cromer"}},
-            "does not go together with `integrator: {method: euler-cromer}`",
+            "cannot be combined with `integrator: {method: euler-cromer}`",
         ),
         (
             {"drive": {"nodes": [[0, 1], [1, 1]]}},
             {"noise": {"treatment": "stochastic"}},
-            "does not go together with `noise: {treatment: stochastic}`",
+            "cannot be combined with `noise: {treatment: stochastic}`",
         ),
     ],
 )

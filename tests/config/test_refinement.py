@@ -55,10 +55,10 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
 @pytest.mark.parametrize(
     ("yaml", "said"),
     [
-        ("follow: K", "2: follow: must name a swept axis, not 'K'; swept are temperature, angular"),
+        ("follow: K", "2: follow: must name a swept axis, not 'K'; the swept axes are temp"),
         ("follow: 3", "2: follow: must be a text"),
-        ("follow: T\nrefine: {axes: [omega]}", "follow: does not go together with `refine`"),
-        ("follow: T\ncases: {K: [1e3, 2e3]}", "follow: does not go together with `cases`"),
+        ("follow: T\nrefine: {axes: [omega]}", "follow: cannot be combined with `refine`"),
+        ("follow: T\ncases: {K: [1e3, 2e3]}", "follow: cannot be combined with `cases`"),
         ("refine: 3", "refine: must be {axes: "),
         ("refine: {levels: 2}", "refine.axes: is missing; write {axes: "),
         ("refine: {axes: [T, T], levels: 2}", "refine.axes: names an axis twice"),
@@ -70,7 +70,7 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
         ),
         ("refine: {axes: [T], level: 2}", "refine.level: unknown key .did you mean 'levels'"),
         ("refine: {axes: [T], where: [regme]}", r"refine.where\[0\]: must be regime or a number"),
-        ("refine: {axes: [T], where: [2]}", "must be a part between 0 and 1, not 2"),
+        ("refine: {axes: [T], where: [2]}", "must be a fraction between 0 and 1, not 2"),
         ("refine: {axes: [T], where: [0.1, 0.2]}", "takes regime and one number"),
     ],
 )
@@ -83,4 +83,4 @@ def test_a_followed_axis_must_rise_and_be_no_start() -> None:
     (problem,) = problems("sweep: {T: [300, 200]}\nfollow: T\n")
     assert "needs the values of temperature in increasing order" in problem
     (problem,) = problems("sweep: {x_0: [0, 1e-7]}\nfollow: x_0\n")
-    assert "cannot be initial_displacement: a followed line starts from where it has" in problem
+    assert "cannot be initial_displacement: each point on a followed line starts from" in problem

@@ -106,7 +106,7 @@ def test_a_config_names_a_law_and_is_told_which_there_are(site: Path) -> None:
         in (str(caught.value))
     )
     assert "'stickslip.laws', or by stickslip.register_law" in str(caught.value)
-    with pytest.raises(ConfigError, match=r"film.law: power-law is a law of stickslip itself"):
+    with pytest.raises(ConfigError, match=r"film.law: power-law is one of stickslip.s laws"):
         read_config("a.yaml", ["film.friction=power-law", "film.law=pliant-1.0"])
     Path("b.yaml").write_text(CONFIG.replace("limited}", "limited, law: pliant-0.9+0}"))
     with pytest.raises(ConfigError, match=r"b.yaml:3: film.friction: the law limited@pliant-0.9"):
