@@ -1,1 +1,1 @@
-"""From measurements to parameters: data, starts, refinement, and what is told about a fit."""
+"""From measurements to parameters: trials, the search for a minimum, errors, and the file."""

@@ -42,21 +42,21 @@ if TYPE_CHECKING:
 
     from sweeps.measurements import Table
 
-# How often a better minimum is looked for; by what part of chi2 it must be better.
+# How often to look for a better minimum, and the fraction of chi2 by which it must be better.
 _AGAIN, _BETTER = 3, 1e-4
 
 
 class FitError(ExpectedError, ValueError):
-    """A fit that cannot be made; the message says why, and what would help.
+    """A fit that is impossible; the message says why, and what would help.
 
     >>> fit({"T": [200, 250], "F_max": [2.8e-3, 1.3e-3]}, "k", {"sweep": {"K": [3000, 4000]}})
     Traceback (most recent call last):
-    sweeps.fitting.fitting.FitError: the config has axes, spring_stiffness: what varies ...
+    sweeps.fitting.fitting.FitError: the config has axes, spring_stiffness: put varied ...
     """
 
 
-class _Fitting:
-    """The number of trials so far; the total is unknown."""
+class _Progress:
+    """The progress of a fit as the number of trials so far, of an unknown total."""
 
     goal: ClassVar[None] = None
     outlook: ClassVar[str] = ""
@@ -72,7 +72,7 @@ class _Fitting:
 
     @property
     def headline(self) -> str:
-        """The number of trials so far, and the time."""
+        """The number of trials and the time so far, as a line of text."""
         return f"fitting: {self.done} trials ({clock(time.monotonic() - self._begun)})"
 
 
@@ -89,9 +89,9 @@ def fit(
 ) -> xr.Dataset:
     """Return the parameters that fit measurements best, with their errors, and the fitted curve.
 
-    Least squares from the best trials of a differential evolution over a wide box around the start,
-    which `config` gives: the minimum does not depend on it. Parameters are varied on logarithmic
-    scales, those that may be 0 or negative on plain ones.
+    A differential evolution searches a wide box around the start in `config`, and least squares
+    refine its best trials, so that the minimum does not depend on the start. Parameters vary on
+    logarithmic scales, or on plain scales if they may be 0 or negative.
 
     >>> data = {"T": [160, 200, 240], "F_max": [4.67e-3, 3.25e-3, 2.38e-3]}
     >>> ds = fit(data, "k", {"model": {"gamma": -0.55}})
@@ -101,57 +101,59 @@ def fit(
     Parameters
     ----------
     data
-        A CSV file, a DataFrame or a dict of columns: parameters, measured variables (such as
-        `friction_force_amplitude`) and, with `_error` behind the name of one, their standard
-        errors; by names or symbols, in SI units. Without errors residuals are relative to the
+        A CSV file, a DataFrame or a dict of columns: parameters and measured variables (such as
+        `friction_force_amplitude`), by name or symbol, in SI units. A column of standard errors has
+        the name of its variable followed by `_error`. Without errors, residuals are relative to the
         values, with a common unknown factor that chi2/dof estimates.
     free
-        The parameters to fit, by name or symbol, or a dict with the range (lowest, highest) of each
-        that trials keep to, or None for a wide one around the start.
+        The parameters to fit, by name or symbol, or a dict with the range (lowest, highest) of
+        trials for each, or None for a wide range around the start.
     config
-        All other parameters, the start, and options, as of `sweeps.run`, without axes; by default
-        those of the paper's Fig. 3.
+        All other parameters, the start, and options, as for `sweeps.run` but without axes; by
+        default the paper's Fig. 3.
     profile
-        Compute intervals by the profile likelihood as well, which takes several times as long.
+        Also compute intervals by the profile likelihood, which takes several times as long.
     posterior
-        Draw the parameters with their probability as well (emcee), which takes minutes.
+        Also draw parameters from their posterior distribution (emcee), which takes minutes.
     priors
-        What is known of parameters before, for the posterior alone: a dict of distributions,
-        `{"gamma": {"normal": [-0.5, 0.1]}}`, as `sample` in configs has them. Those of the others
-        are even on the scales on which they are varied, within the bounds of trials.
+        Prior distributions for the posterior: a dict such as `{"gamma": {"normal": [-0.5, 0.1]}}`,
+        in the forms of `sample` in configs. The prior of any other parameter is uniform on its
+        scale, within the bounds of trials.
     workers
-        Threads or processes, counted as joblib's `n_jobs`; by default what
-        `joblib.parallel_config` says, then what `execution` in the config says.
+        Number of threads or processes, counted as joblib's `n_jobs`; by default the setting of
+        `joblib.parallel_config`, or else of `execution` in the config.
     progress
-        Show how many trials have been computed.
+        Show the number of trials so far.
 
     Returns
     -------
     Dataset
-        The sweep of the fitted curve, whose config is in its attributes. Beside it, along
+        The sweep of the fitted curve, with its config in the attributes, and more variables. Along
         `free_parameter`: `parameter_value`, `parameter_standard_error`, the ends of the 95 %
         interval `parameter_interval_lower` and `_upper` (by Student's t; `parameter_profile_lower`
         and `_upper` by the profile), `parameter_correlation`, and `parameter_determination`: 0, or
-        1 where the data do not determine a parameter (its standard error is a factor of e or a
-        whole unit, or no change of it shows), 2 at a bound, where it counts as fixed. Along
-        `datum`: `measured_value`, `measured_error`, `fitted_value`, `residual`, `datum_regime`,
-        `datum_status`, and `datum_at_jump`, 1 where the step of a derivative crosses a jump, 2
-        where the motion changes within the intervals. The attributes have `chi2`,
-        `degrees_of_freedom` and `reduced_chi2`, of the data that have a fitted value. With a
+        1 if the data do not determine a parameter (its standard error is at least a factor of e or
+        a whole unit, or the data do not depend on it), or 2 at a bound, where it counts as fixed.
+        Along `datum`: `measured_value`, `measured_error`, `fitted_value`, `residual`,
+        `datum_regime`, `datum_status`, and `datum_at_jump`: 1 if the step of a derivative crosses a
+        jump, 2 if the motion changes within the intervals. The attributes `chi2`,
+        `degrees_of_freedom` and `reduced_chi2` refer to the data with a fitted value. With a
         posterior: `posterior_draws` along `free_parameter`, `chain` (a walker) and `draw`, and
-        `parameter_posterior_lower`, `_median` and `_upper`, the quantiles 2.5, 50 and 97.5 %, NaN
-        where walkers did not come to agree (`posterior_agreement`, R-hat, of 1.1 or more).
+        `parameter_posterior_lower`, `_median` and `_upper`, the quantiles 2.5, 50 and 97.5 %, which
+        are NaN if the walkers do not agree (`posterior_agreement`, R-hat, is 1.1 or more).
 
     Raises
     ------
     ConfigError, DataError, FreeError
-        The config, the data or the free parameters have mistakes; all of them are named.
+        The config, the data or the free parameters have mistakes; the message lists them all.
     ExecutorError
-        The workers that are asked for cannot be had, or were lost.
+        The workers are not available, or were lost.
     FitError
-        uncertainties, or emcee for a posterior, is missing; the config has axes or a stochastic
-        film; a profile with a single free parameter, or with no more data than parameters; a
-        posterior where the data are met exactly, or too many trials lack a value.
+        The package uncertainties, or emcee for a posterior, is missing; the config has axes or a
+        stochastic film; there is a single free parameter, or no more data than parameters, for a
+        profile.
+    PosteriorError
+        The fit is exact, or too many trials lack a value.
     """
     if not isinstance(config, Config):
         config = read_config({} if config is None else config)
@@ -170,7 +172,7 @@ def fit(
 
 
 def odd_values(data: Measurements, config: Config, source: Table) -> list[str]:
-    """Return warnings of parameters that look like those of another unit, as of a config."""
+    """Return warnings of parameters in data that look like values in another unit."""
     named = str(source) if isinstance(source, (str, Path)) else "table"
     columns = {name: values.tolist() for name, values in data.parameters.items()}
     return warnings_of_columns(columns, config, named)
@@ -186,7 +188,7 @@ def fit_measured(
     priors: Mapping[str, Any] | None = None,
     workers: int | None = None,
 ) -> xr.Dataset:
-    """Return the fit of measurements that have been read, with a posterior if there are `priors`.
+    """Return the fit of measurements already read, with a posterior unless `priors` is None.
 
     See `fit`.
     """
@@ -199,27 +201,23 @@ def fit_measured(
         search = Search(model_of(data, free, config, able))
         if profile:
             _refuse_profile(search.model)
-        known_before = None if priors is None else priors_of(priors, search.model.free)
-        with display_of(_Fitting(search), wanted=progress):
+        prior = None if priors is None else priors_of(priors, search.model.free)
+        with display_of(_Progress(search), wanted=progress):
             found, known = best_of(search)
             intervals = profile_intervals(search, found, known) if profile else None
-            drawn = (
-                posterior_of(search, found, known, known_before)
-                if known_before is not None
-                else None
-            )
-        result = fit_dataset(found, known, config, intervals, drawn, search.computed)
+            draws = None if prior is None else posterior_of(search, found, known, prior)
+        result = fit_dataset(found, known, config, intervals, draws, search.computed)
     register_accessors()
     return result
 
 
 def summary_of(ds: xr.Dataset) -> str:
-    """Return a fit in words: parameters with their errors, chi2, a line for each datum.
+    """Return a summary of a fit: parameters with errors, chi2, and a line for each datum.
 
-    Raises FitError if the Dataset is no fit, or uncertainties is missing.
+    Raises FitError if the Dataset is no fit or the package uncertainties is missing.
     """
     if "parameter_value" not in ds:
-        raise FitError("this is no fit: `stickslip fit` and `sweeps.fit` make one")
+        raise FitError("this is no fit; make one with `stickslip fit` or `sweeps.fit`")
     _require("uncertainties", "a fit", "fit")
     from sweeps.fitting.output import table_of
 
@@ -227,7 +225,7 @@ def summary_of(ds: xr.Dataset) -> str:
 
 
 def best_of(search: Search) -> tuple[Fit, Statistics]:
-    """Return the best minimum and its statistics, whose intervals may lead to a better one."""
+    """Return the best minimum and its statistics, after a look at the ends of the intervals."""
     found = search.run()
     codes = statistics_of(found).determination
     found = search.along(found, np.flatnonzero(codes != Determination.DETERMINED).tolist())
@@ -245,7 +243,7 @@ def best_of(search: Search) -> tuple[Fit, Statistics]:
 
 
 def _to_its_ends(search: Search, found: Fit) -> tuple[Fit, Statistics]:
-    """Return a minimum, or the better one that the ends of its intervals lead to."""
+    """Return a minimum, or a better one found from the ends of its intervals, with statistics."""
     known, best = widened(search, found, statistics_of(found))
     for _ in range(_AGAIN):
         if search.is_exact(found) or best.cost >= found.trial.cost * (1.0 - _BETTER):
@@ -256,7 +254,7 @@ def _to_its_ends(search: Search, found: Fit) -> tuple[Fit, Statistics]:
 
 
 def _draws(search: Search, found: Fit, known: Statistics) -> list[Trial]:
-    """Return trials drawn with their likelihood if jumps bound the basin of a minimum, or none."""
+    """Return trials drawn by likelihood if jumps bound the basin of a minimum, or else none."""
     determined = (known.determination == Determination.DETERMINED).any()
     if search.is_exact(found) or not found.scale > 0.0 or not determined:
         return []
@@ -266,16 +264,17 @@ def _draws(search: Search, found: Fit, known: Statistics) -> list[Trial]:
 def model_of(
     data: Measurements, free: Free, config: Config, workers: Workers | None = None
 ) -> Model:
-    """Return the model of measurements with some parameters free; raises FreeError, FitError."""
+    """Return the model of measurements with some free parameters; raises FreeError, FitError."""
     options = options_of(config)
     if varied := [*config.sweep, *config.cases]:
         raise FitError(
-            f"the config has axes, {', '.join(varied)}: what varies stands in the data; "
+            f"the config has axes, {', '.join(varied)}: put varied parameters into the data, and "
             "leave `sweep` and `cases` out"
         )
     if both := [name for name in config.model if name in data.parameters]:
         raise FitError(
-            f"{', '.join(both)}: a column of the data, and given beside it: leave one of them out"
+            f"{', '.join(both)} is in the config and also a column of the data: leave one of the "
+            "two out"
         )
     if options.physics.chance:
         raise FitError("noise: a mean of random paths cannot be fitted; leave out 'stochastic'")
@@ -285,7 +284,7 @@ def model_of(
 
 def _refuse_profile(model: Model) -> None:
     if len(model.free) < 2:
-        raise FitError("a profile needs two free parameters or more: others are fitted anew")
+        raise FitError("a profile needs two free parameters or more, since it refits all but one")
     if len(model.data.value) <= len(model.free):
         raise FitError("a profile needs more data than free parameters")
 

@@ -1,7 +1,7 @@
-"""Least squares from a place, step by step, so that several fits are computed side by side.
+"""Least squares from a starting place, in steps, so that several fits run side by side.
 
-A fit is a generator: it yields a question, the places that it wants to try next, and is sent their
-trials. `Search.side_by_side` puts the questions of many fits into one call of the lanes.
+A fit is a generator. It yields a question, which holds the next places to try, and receives the
+trials there. `Search.side_by_side` computes the questions of many fits in one call of the lanes.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from scipy.optimize import brentq
 from sweeps.fitting.trials import Model, Trial
 from sweeps.measurements import Floats
 
-# The first step is of a unit, not of the size of a logarithm.
+# The first radius is one unit of the scale, whatever the size of the logarithm.
 _RADIUS = 1.0
-# A step that gains less than the first part of what it should is too long, more than the second
-# not long enough; the radius changes by these factors.
+# A step is too long if its gain is less than the first fraction of the expected gain, and too short
+# if it is more than the second; the radius changes by the two factors.
 _POOR, _GOOD, _SHORTER, _LONGER = 0.25, 0.75, 0.25, 2.0
-# A fit ends where a step gains less than this part of chi2, or is shorter than this: below, the
-# roughness of the amplitudes would decide.
+# A fit ends when a step gains less than this fraction of chi2, or is shorter than this. Smaller
+# changes come from the roughness of the amplitudes.
 _LEAST_GAIN, _LEAST_STEP = 1e-6, 1e-7
-_RANK = 1e-6  # a singular value below this part of the largest is none
+_RANK = 1e-6  # singular values below this fraction of the largest count as 0
 _LAST_STEPS, _SMALL_STEP = 2, 0.1
 
 EVALUATIONS = 40
-"""Steps of a fit, at most."""
+"""The largest number of steps of a fit."""
 
 IMPROVED = 1e-6
-"""Part of chi2 that is an improvement; less may be roughness."""
+"""The smallest improvement, as a fraction of chi2; less may be roughness."""
 
 
 class Question(NamedTuple):
-    """Places (m, p) to try, and the rows (m, rows) that are wanted there, None for all."""
+    """Places (m, p) to try, and the rows (m, rows) wanted there, None for all."""
 
     places: Floats
     rows: NDArray[np.bool_] | None = None
@@ -45,14 +45,14 @@ class Question(NamedTuple):
 
 _Result = TypeVar("_Result")
 Steps: TypeAlias = Generator[Question, list[Trial], _Result]
-"""A calculation that asks for trials on its way."""
+"""A calculation that asks for trials as it proceeds."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A minimum: the trial there, the derivatives (n, p), data next to a jump (n,).
+    """A minimum: the trial there, the derivatives (n, p), and which data are next to a jump (n,).
 
-    `scale` is the variance of residuals: chi2/dof, or 1 where that is less and errors are known.
+    `scale` is the variance of the residuals: chi2/dof, but at least 1 if errors are known.
     """
 
     model: Model
@@ -62,13 +62,13 @@ class Fit:
 
     @property
     def left_out(self) -> NDArray[np.bool_]:
-        """Data (n,) of which the statistics take no account: those with an orbit at a jump."""
+        """Which data (n,) the statistics ignore, because they have an orbit at a jump."""
         left_out: NDArray[np.bool_] = self.at_jump & self.trial.is_settled[self.model.data.row]
         return left_out
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom: data that have a value, minus parameters."""
+        """The degrees of freedom: data with a value, minus parameters."""
         return int(self.trial.known.sum()) - len(self.trial.u)
 
     @property
@@ -78,7 +78,7 @@ class Fit:
 
     @property
     def scale(self) -> float:
-        """The variance of a residual, as far as it is known."""
+        """The estimated variance of a residual."""
         if self.model.data.relative:
             return self.reduced
         return max(1.0, self.reduced) if self.dof > 0 else 1.0
@@ -91,7 +91,7 @@ def trial_at(place: Floats) -> Steps[Trial]:
 
 
 def fit_at(model: Model, trial: Trial) -> Steps[Fit]:
-    """Return a trial with the derivatives there."""
+    """Return a fit of a trial and the derivatives there."""
     beside = yield Question(*model.beside(trial))
     return Fit(model, trial, *model.slopes(trial, beside))
 
@@ -103,11 +103,11 @@ def minimum(
     fixed: int | None = None,
     left_out: NDArray[np.bool_] | None = None,
 ) -> Steps[Fit]:
-    """Return the minimum that a fit leads to, in a valley or at the edge of a jump.
+    """Return the minimum reached from a fit, in a valley or at the edge of a jump.
 
-    Its steps are those of Gauss and Newton, no longer than the radius in which they have proved
-    right (Levenberg and Marquardt), and they stay within the bounds. One parameter may be fixed.
-    Some data may be left out; those without a value at the start are, as long as they have none.
+    It takes Gauss-Newton steps within the bounds, no longer than the radius in which the linear
+    model has proved right (Levenberg and Marquardt). One parameter may be fixed. Some data may be
+    left out. Data without a value at the start are ignored as long as they have none.
     """
     gaps = ~fit.trial.known
     ignored = np.zeros_like(gaps) if left_out is None else left_out
@@ -140,9 +140,9 @@ def minimum(
 def _step(
     fit: Fit, slopes: Floats, misfits: Floats, varied: NDArray[np.bool_], radius: float
 ) -> Floats:
-    """Return the step (p,) that makes linear misfits (n,) least, within a radius and the bounds.
+    """Return the step (p,) that minimizes linear misfits (n,) within a radius and the bounds.
 
-    A parameter that would leave its bounds stops there, and the step of the others is found anew.
+    A parameter that would leave its bounds stops there, and the others get a new step.
     """
     low, high = fit.model.bounds - fit.trial.u
     free, step = varied.copy(), np.zeros(len(varied))
@@ -157,7 +157,7 @@ def _step(
 
 
 def _shortened(slopes: Floats, misfits: Floats, radius: float) -> Floats:
-    """Return the step (p,) of Gauss and Newton, damped where it is longer than a radius."""
+    """Return the Gauss-Newton step (p,), damped if it is longer than a radius."""
     left, sizes, axes = np.linalg.svd(slopes, full_matrices=False)
     known = sizes > _RANK * sizes.max(initial=0.0)
     sizes, axes = sizes[known], axes[known]
@@ -175,10 +175,10 @@ def _shortened(slopes: Floats, misfits: Floats, radius: float) -> Floats:
 
 
 def settled(fit: Fit, least: float) -> Steps[Fit]:
-    """Return a minimum after some steps of Gauss and Newton, where they lead within it.
+    """Return a minimum after a few more Gauss-Newton steps, as long as they stay within it.
 
-    The roughness of chi2, below `least` for an exact fit, ends a fit some 1e-3 standard errors from
-    its minimum, elsewhere from each start; its derivative is smooth.
+    Because chi2 is rough, below `least` for an exact fit, a fit ends some 1e-3 standard errors from
+    its minimum, at another place for each start. The derivative of chi2 is smooth.
     """
     for _ in range(_LAST_STEPS):
         step = -np.linalg.pinv(fit.slopes, rcond=_RANK) @ fit.trial.residuals

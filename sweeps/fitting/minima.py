@@ -1,4 +1,4 @@
-"""From a start to the best minimum: an evolution of trials, and least squares from its best."""
+"""The search for the best minimum: an evolution of trials, then least squares from the best."""
 
 from __future__ import annotations
 
@@ -28,49 +28,51 @@ from sweeps.measurements import Floats
 
 _Result = TypeVar("_Result")
 
-# Budgets of trials that only show where to begin, of those that lead to the minimum. Nearly
-# all orbits are found within the first; one that goes on is mostly chaotic and costs hundreds.
+# Budgets for trials that only show where to begin, and for trials on the way to the minimum. Nearly
+# all orbits are found within the first. An orbit that takes longer is mostly chaotic, and costs as
+# much as hundreds of others.
 GLANCE, PATIENCE = Budget(64, 30_000), Budget(256, 300_000)
-# Then of trials that could be the best but for data without a value: up to that of a sweep, which
-# is all that the options allow.
+# Budgets for trials that could be the best but lack values; the last, None, is the full budget of a
+# sweep.
 _BUDGETS: tuple[Budget | None, ...] = (PATIENCE, Budget(1024, 3_000_000), None)
-_FINALISTS = 4  # trials that are computed in full before they are compared
+_FINALISTS = 4  # trials to compute in full before they are compared
 
-# Differential evolution: trials for each free parameter, to the next power of 2, and generations.
+# Differential evolution: trials per free parameter, up to the next power of 2, and generations.
 _TRIALS, _GENERATIONS = 16, 40
-# It ends before where chi2 varies by no more than these parts of itself, or of the squares of the
-# data, and trials by no more than this part of the box: a plateau alone is no minimum.
+# It ends early if chi2 varies by no more than these fractions of itself, or of the squares of the
+# data, and trials by no more than this fraction of the box. A plateau alone is no minimum.
 _ALIKE, _ALIKE_EXACT, _NEAR = 0.1, 1e-7, 0.1
-# By how much of its extent a population that is looked at more closely may leave it.
+# A closer search may leave the extent of its first population by this fraction of it.
 _BEYOND = 0.5
-# A vector between two others is taken whole: valleys lie askew to the axes.
+# Trials take all components of a new vector, because valleys lie askew to the axes.
 _RECOMBINATION = 1.0
 
-_PARTS = 16  # of the box along a parameter that is not determined
-_STARTS, _APART = 3, 0.1  # fits of other kinds, and apart from each other by a part of the box
-_CLOSE_BY = 1e-3  # the same of fits that end at one jump
+_PARTS = 16  # parts of the box along an undetermined parameter
+# Number of fits of different kinds of motion, and of fits this fraction of the box apart.
+_STARTS, _APART = 3, 0.1
+_CLOSE_BY = 1e-3  # the distance between fits that end at the same jump, as a fraction of the box
 
-_FEW_EVALUATIONS = 12  # of a fit that is only compared with others
+_FEW_EVALUATIONS = 12  # steps of a fit that is only compared with others
 
-_CLEARLY = 1e-5  # part of chi2 that is more than the last steps may give away
-_EXACT = 1e-15  # of the squares of the data: the rest is roughness
+_CLEARLY = 1e-5  # fraction of chi2; more than the last steps may lose
+_EXACT = 1e-15  # fraction of the squares of the data; less is roughness
 _SEED = 1
 
 _by_cost, _by_chi2 = attrgetter("cost"), attrgetter("chi2")
 
 
 def population_of(model: Model) -> int:
-    """Return how many trials are a generation."""
+    """Return the number of trials in a generation."""
     return int(2 ** math.ceil(math.log2(_TRIALS * len(model.free))))
 
 
 @dataclass
 class Search:
-    """The search for the best minimum of a model; deterministic, whatever the start.
+    """A deterministic search for the best minimum of a model, whatever the start.
 
-    `computed` counts trials; `seen` are those on the way, without those for derivatives; `sweep`
-    are the first, evenly spread over the box. `budget` is that of the trials that lead to a
-    minimum: what the best of them needed.
+    `computed` counts all trials. `seen` has all except those for derivatives, and `sweep` the first
+    ones, evenly spread over the box. `budget` is the budget that the trial at the best minimum
+    needed; it holds for all trials on the way to a minimum.
     """
 
     model: Model
@@ -78,12 +80,12 @@ class Search:
     seen: list[Trial] = field(default_factory=list)
     sweep: list[Trial] = field(default_factory=list)
     budget: Budget | None = PATIENCE
-    _least_cost: float = math.inf  # of whole trials so far
+    _least_cost: float = math.inf  # among trials with all values so far
 
     def run(self, starts: Sequence[Trial] = (), population: Sequence[Trial] = ()) -> Fit:
-        """Return the best minimum that was found, from `starts` or by an evolution of trials.
+        """Return the best minimum found from `starts`, or by an evolution of trials.
 
-        It begins with trials from all over the box or, to look closer, with a `population`.
+        The evolution begins with trials all over the box, or with a `population` to look closer.
         """
         if not starts:
             self._evolve(np.array([trial.u for trial in population]))
@@ -91,10 +93,10 @@ class Search:
         return self._finished(self._best_from(starts, _FEW_EVALUATIONS))
 
     def along(self, fit: Fit, numbers: Iterable[int]) -> Fit:
-        """Return the best minimum along parameters (numbers) that a minimum does not determine.
+        """Return the best minimum along parameters, given by number, that a fit does not determine.
 
-        They lie along a valley, whose floor may have several minima: fits begin at the best trial
-        in each part of the box along each of them.
+        The fit lies in a valley whose floor may have several minima. New fits begin at the best
+        trial in each part of the box along each such parameter.
         """
         starts: dict[int, Trial] = {}
         for number in numbers:
@@ -110,7 +112,7 @@ class Search:
         return self._finished(better) if is_improved else fit
 
     def side_by_side(self, works: Sequence[Steps[_Result]]) -> list[_Result]:
-        """Return the results of several calculations, whose questions are answered in one call."""
+        """Return the results of several calculations, and answer their questions in one call."""
         results: dict[int, _Result] = {}
         answers: dict[int, Any] = dict.fromkeys(range(len(works)))
         while answers:
@@ -124,7 +126,7 @@ class Search:
         return [results[number] for number in range(len(works))]
 
     def _answers(self, questions: Sequence[Question]) -> list[list[Trial]]:
-        """Return the trials that each of several questions asks for, computed together."""
+        """Return the trials for each of several questions, computed together."""
         if not questions:
             return []
         wanted = [
@@ -144,7 +146,7 @@ class Search:
         return answers
 
     def _evolve(self, population: Floats) -> None:
-        """Run the trials of a differential evolution, from points (m, p) or all over the box."""
+        """Run a differential evolution, from a population (m, p) or from all over the box."""
         low, high = np.array([each.box for each in self.model.free]).T
         begin: dict[str, Any] = {"x0": [each.start for each in self.model.free], "init": "sobol"}
         if len(population):
@@ -160,7 +162,7 @@ class Search:
             return np.array([trial.cost for trial in generation])
 
         def is_found(intermediate_result: OptimizeResult) -> bool:
-            if intermediate_result.nit == 1:  # errors of chi2 itself scipy would take for its own
+            if intermediate_result.nit == 1:  # scipy would take an error in chi2 for its own
                 refuse_other_units(self.model.data, self.sweep)
             near = np.ptp(intermediate_result.population, axis=0) < _NEAR * (high - low)
             found = intermediate_result.population_energies
@@ -182,9 +184,9 @@ class Search:
         )
 
     def _distinct(self, trials: Sequence[Trial]) -> list[Trial]:
-        """Return the best trials of different kinds of motion, and the best apart from each other.
+        """Return the best trials of different kinds of motion, and the best at some distance.
 
-        A kind of its own may have the best minimum in a place too narrow for the evolution.
+        The best minimum may belong to a kind of motion whose basin is too narrow for the evolution.
         """
         ranked = sorted(trials, key=_by_cost)
         of_kinds = {trial.signature: trial for trial in reversed(ranked)}
@@ -194,7 +196,7 @@ class Search:
         return [*{id(trial): trial for trial in (*chosen, *hopeful, *apart)}.values()]
 
     def _apart(self, ranked: Sequence[Trial], part: float) -> list[Trial]:
-        """Return the first trials that are apart from each other by a part of the box."""
+        """Return the first trials at a distance from each other, a fraction of the box."""
         apart: list[Trial] = []
         for trial in ranked:
             near = (np.all(np.abs(trial.u - one.u) < part * self.model.wide) for one in apart)
@@ -203,13 +205,13 @@ class Search:
         return apart
 
     def glance(self, places: Floats) -> list[Trial]:
-        """Return trials at places (m, p) that show where to look."""
+        """Return quick trials at places (m, p), which show where to look."""
         if not len(places):
             return []
         self.computed += len(places)
         trials = self.model.trials(places, GLANCE)
         self._note(trials)
-        # What is missing in the others could not make them the best.
+        # The others could not become the best, whatever their missing values.
         hopeful = self._hopeful(trials)[:_FINALISTS]
         completed = self.model.completed(hopeful, PATIENCE)
         instead = {id(old): new for old, new in zip(hopeful, completed, strict=True)}
@@ -223,35 +225,34 @@ class Search:
         self._least_cost = min(self._least_cost, *whole, math.inf)
 
     def _hopeful(self, trials: Iterable[Trial]) -> list[Trial]:
-        """Return, in order, the incomplete trials that are the best so far by their values."""
+        """Return the incomplete trials that could be the best so far, in order of chi2."""
         could = (t for t in trials if not t.is_whole and t.chi2 < t.part * self._least_cost)
         return sorted(could, key=_by_chi2)
 
     def _best_from(self, starts: Sequence[Trial], evaluations: int) -> Fit:
-        """Return the best minimum that fits from these starts lead to."""
-        return self._best(
-            self.side_by_side([self._minimum_from(start, evaluations) for start in starts])
-        )
+        """Return the best minimum reached from these starts."""
 
-    def _minimum_from(self, start: Trial, evaluations: int) -> Steps[Fit]:
-        # What did not settle within the budget of a glance may do so within that of a fit.
-        trial = start if start.is_settled.all() else (yield from trial_at(start.u))
-        fit = yield from fit_at(self.model, trial)
-        return (yield from minimum(fit, evaluations))
+        def minimum_from(start: Trial) -> Steps[Fit]:
+            # An orbit that was not found at a glance may be found within the budget of a fit.
+            trial = start if start.is_settled.all() else (yield from trial_at(start.u))
+            fit = yield from fit_at(self.model, trial)
+            return (yield from minimum(fit, evaluations))
+
+        return self._best(self.side_by_side([minimum_from(start) for start in starts]))
 
     def _finished(self, fit: Fit) -> Fit:
-        """Return the minimum next to the end of a short fit, with orbits as a sweep has them."""
+        """Return the minimum close to the end of a short fit, with the orbits of a sweep."""
         starts = [fit.trial]
-        if fit.at_jump.any():  # a fit ends where it meets the jump, others meet it elsewhere
+        if fit.at_jump.any():  # a fit ends where it meets the jump, and others meet it elsewhere
             alike = (seen for seen in self.seen if seen.signature == fit.trial.signature)
             starts = self._apart(starts + sorted(alike, key=_by_cost), _CLOSE_BY)
         fit = self._best_from(starts, EVALUATIONS)
         return self._best(self.side_by_side([settled(fit, self._least())]))
 
     def _best(self, fits: Sequence[Fit]) -> Fit:
-        """Return the best of fits, or of what was seen if that is better.
+        """Return the best of several fits, or of all trials seen if one of them is better.
 
-        Trials without some values are completed if they fit better by the data that they have.
+        A trial that lacks values is completed if it fits better by the data that have values.
         """
         trials = [fit.trial for fit in fits]
         limit = (1.0 - _CLEARLY) * min(trial.cost for trial in trials)
@@ -268,7 +269,7 @@ class Search:
                 if found.cost < limit:
                     best, needed = found, budget if found.is_whole else self.budget
         self.budget = needed
-        assert best is not None  # there are trials, all settled or not
+        assert best is not None  # there are trials, settled or completed
         for fit in fits:
             if fit.trial is best:
                 return fit
@@ -276,7 +277,7 @@ class Search:
         return fit
 
     def _completed(self, trial: Trial, limit: float) -> tuple[Trial, Budget | None]:
-        """Return a trial computed in full, unless it proves worse, and the budget it needed."""
+        """Return a trial computed in full unless it proves worse, and the budget that it needed."""
         found, needed = trial, self.budget
         for budget in _BUDGETS[_BUDGETS.index(self.budget) + 1 :]:
             if found.is_whole or found.chi2 >= limit:
@@ -288,9 +289,9 @@ class Search:
         return found, needed
 
     def is_exact(self, fit: Fit) -> bool:
-        """Tell whether the data are met to all digits that count."""
+        """Return whether the fit meets the data to all significant digits."""
         return fit.trial.cost <= self._least()
 
     def _least(self) -> float:
-        """Return what chi2 cannot tell from 0."""
+        """Return the largest chi2 that roughness hides."""
         return _EXACT * self.model.squares

@@ -1,10 +1,9 @@
-"""A fit as a Dataset: the fitted curve as a sweep, and beside it data, parameters, statistics."""
+"""A fit as a Dataset: the sweep of the fitted curve, with data, parameters and statistics."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from types import MappingProxyType
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from sweeps.config.load import Config, from_mapping
 from sweeps.engine.run import run_in_memory
 from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import PATIENCE
+from sweeps.fitting.parameters import FreeParameter
 from sweeps.fitting.posterior import Posterior
 from sweeps.fitting.statistics import LEVEL, Determination, Statistics
 from sweeps.human import counted
@@ -28,13 +28,13 @@ DATUM, FREE, OTHER = "datum", "free_parameter", "other_parameter"
 """The dimensions of data and of free parameters."""
 
 CHAIN, DRAW = "chain", "draw"
-"""The dimensions of a posterior, by the names that ArviZ has for them."""
+"""The dimensions of a posterior, with the names that ArviZ uses."""
 
 QUANTILES = {"lower": 0.5 - LEVEL / 2.0, "median": 0.5, "upper": 0.5 + LEVEL / 2.0}
 
 _CURVE = 101  # points of a fitted curve
-_FEW = 8  # values that are worth a curve each
-# What the data of a machine rarely say, and differs from the paper's.
+_FEW = 8  # the most values that get a curve each
+# Parameters of the machine, often missing in the data and different from the paper's.
 _MACHINE = (
     "temperature", "angular_frequency", "drive_amplitude", "spring_stiffness", "block_mass",
     "film_thickness", "contact_area",
@@ -43,10 +43,10 @@ _PERIODS = RESULT_COLUMNS.index("periods_integrated")
 _DECADE = 10.0  # an axis that spans more is logarithmic
 
 RELATIVE = (
-    "none were given: residuals are relative to the values, with a common unknown factor that "
+    "not in the data: residuals are relative to the values, with a common unknown factor that "
     "chi2/dof estimates"
 )
-GIVEN = "those of the data; standard errors grow with the root of chi2/dof where that is above 1"
+GIVEN = "in the data; standard errors grow with the root of chi2/dof if that is above 1"
 
 
 def fit_dataset(
@@ -57,10 +57,10 @@ def fit_dataset(
     posterior: Posterior | None,
     trials: int,
 ) -> xr.Dataset:
-    """Return the file of a fit: the sweep of the fitted curve, with the fit beside it.
+    """Return the Dataset of a fit: the sweep of the fitted curve, with the variables of the fit.
 
-    Along `datum`: `measured_value`, `measured_error`, `fitted_value`, `residual`, and so on; along
-    `free_parameter`: `parameter_value`, `parameter_standard_error`, and so on.
+    Along `datum` it has `measured_value`, `measured_error`, `fitted_value`, `residual`, and so on;
+    along `free_parameter` `parameter_value`, `parameter_standard_error`, and so on.
     """
     curve = run_in_memory(curve_config(fit, config), workers=fit.model.workers)
     about = {
@@ -74,25 +74,26 @@ def fit_dataset(
     if posterior is not None:
         data |= _of_posterior(fit, posterior)
         about |= _about_posterior(posterior)
-    names = (FREE, [each.name for each in fit.model.free])
-    along = {
-        "datum_variable": (DATUM, list(fit.model.data.variable), {"long_name": "what was measured"})
+    coords = {
+        FREE: (FREE, [each.name for each in fit.model.free]),
+        "datum_variable": (DATUM, list(fit.model.data.variable), _named("measured variable")),
     }
-    return curve.assign(data).assign_coords({FREE: names} | along).assign_attrs(about)
+    return curve.assign(data).assign_coords(coords).assign_attrs(about)
 
 
 def curve_config(fit: Fit, config: Config) -> Config:
-    """Return the config whose sweep is the fitted curve, through the range of the data.
+    """Return the config whose sweep is the fitted curve, over the range of the data.
 
-    Over the parameter with the most values, with a curve for each of the few values of another; at
-    the data themselves where there is no such order.
+    The curve goes along the parameter with the most values. Another parameter with few values gives
+    a curve for each. Other data give only their own points.
     """
     data, free = fit.model.data, fit.model.free
     varied = {name: values for name, values in data.parameters.items() if np.ptp(values) > 0}
     given = {name: float(values[0]) for name, values in data.parameters.items()}
     fitted = {each.name: float(each.value(u)) for each, u in zip(free, fit.trial.u, strict=True)}
     model = fit.model.fixed._asdict() | given | fitted
-    axes = dict(sorted(varied.items(), key=lambda item: -len(np.unique(item[1]))))
+    axes = {name: np.unique(values) for name, values in varied.items()}
+    axes = dict(sorted(axes.items(), key=lambda axis: -len(axis[1])))
     written: dict[str, Any] = config.resolved() | {"sweep": {}, "cases": {}}
     written["model"] = {name: value for name, value in model.items() if name not in varied}
     if np.max(fit.trial.results[:, _PERIODS]) <= PATIENCE.periods:  # as much as the data needed
@@ -100,16 +101,17 @@ def curve_config(fit: Fit, config: Config) -> Config:
     names = ", ".join(each.name for each in free)
     written["title"] = config.title or f"Fit of {names} to {counted(len(data.value), 'value')}"
     others = [*axes][1:]
-    if len(others) <= 1 and all(len(np.unique(axes[name])) <= _FEW for name in others):
+    if len(others) <= 1 and all(len(axes[name]) <= _FEW for name in others):
         written["sweep"] = {name: _axis(axes[name]) for name in [*axes][:1]}
-        written["sweep"] |= {name: np.unique(axes[name]).tolist() for name in others}
+        written["sweep"] |= {name: axes[name].tolist() for name in others}
     else:
         written["cases"] = {name: values.tolist() for name, values in varied.items()}
     return from_mapping(written, "the fitted curve")
 
 
 def _axis(values: Floats) -> dict[str, Any]:
-    low, high = float(values.min()), float(values.max())
+    """Return an axis of many values over the range of a few in increasing order."""
+    low, high = float(values[0]), float(values[-1])
     geometric = low > 0 and high / low > _DECADE
     return {"geomspace" if geometric else "linspace": [low, high], "num": _CURVE}
 
@@ -120,29 +122,27 @@ def _of_data(fit: Fit, known: Statistics) -> dict[str, Any]:
         result_values(name, trial.results[data.row, RESULT_COLUMNS.index(name)])
         for name in ("regime", "status")
     )
-    # Where none were given, errors are as large as the residuals say.
+    # Without errors in the data, the residuals show their size.
     errors = data.error * np.sqrt(fit.reduced) if data.relative else data.error
     with np.errstate(invalid="ignore", divide="ignore"):  # an exact fit has no errors
         residuals = (data.value - trial.fitted) / errors
     jumps = np.where(fit.at_jump, 1, np.where(known.jumps, 2, 0))
+    unit = "in the unit of the variable, datum_variable"
+    off = "measured minus fitted value, in standard errors"
     changes = "whether the motion changes within the step of a derivative, or within the intervals"
-    unit = {"comment": "in the unit of the variable, datum_variable"}
+    flags = _flags(("smooth", "at_jump", "jumps_within_intervals"))
     variables: dict[str, Any] = {
-        "measured_value": (DATUM, data.value, _named("measured value", unit)),
-        "measured_error": (DATUM, errors, _named("standard error of the value", unit)),
-        "fitted_value": (DATUM, trial.fitted, _named("fitted value", unit)),
-        "residual": (
-            DATUM,
-            residuals,
-            _named("measured minus fitted value, in standard errors", {"units": "1"}),
-        ),
+        "measured_value": (DATUM, data.value, _named("measured value", comment=unit)),
+        "measured_error": (DATUM, errors, _named("standard error of the value", comment=unit)),
+        "fitted_value": (DATUM, trial.fitted, _named("fitted value", comment=unit)),
+        "residual": (DATUM, residuals, _named(off, units="1")),
         "datum_row": (DATUM, data.row.astype(np.int32), _named("row of the data")),
         "datum_regime": (DATUM, regimes, result_attributes("regime")),
         "datum_status": (DATUM, statuses, result_attributes("status")),
         "datum_at_jump": (
             DATUM,
             jumps.astype(np.int8),
-            _named(f"{changes} of the parameters", _flags("smooth at_jump jumps_within_intervals")),
+            _named(f"{changes} of the parameters", **flags),
         ),
     }
     for name, values in data.parameters.items():
@@ -151,32 +151,30 @@ def _of_data(fit: Fit, known: Statistics) -> dict[str, Any]:
 
 
 def _of_parameters(fit: Fit, known: Statistics, profile: Floats | None) -> dict[str, Any]:
-    free = fit.model.free
+    free, units = fit.model.free, _units(fit.model.free)
     places = [*zip(free, fit.trial.u, strict=True)]
-    named = (f"{each.name}: {PARAMETERS[each.name].unit or 1}" for each in free)
-    units = {"comment": f"in {'; '.join(named)}"}
-    forms = {"form": " ".join(each.form for each in free)}
+    forms = " ".join(each.form for each in free)
     values = np.array([float(each.value(u)) for each, u in places])
     errors = known.errors * np.array([each.slope(u) for each, u in places])
     starts = np.array([float(each.value(each.start)) for each in free])
-    meanings = _flags(" ".join(code.name.lower() for code in Determination))
+    flags = _flags(code.name.lower() for code in Determination)
     variables: dict[str, Any] = {
-        "parameter_value": (FREE, values, _named("fitted value", units)),
+        "parameter_value": (FREE, values, _named("fitted value", comment=units)),
         "parameter_standard_error": (
             FREE,
             errors,
-            _named("standard error of the fitted value", units | forms),
+            _named("standard error of the fitted value", comment=units, form=forms),
         ),
-        "parameter_start": (FREE, starts, _named("start of the fit", units)),
+        "parameter_start": (FREE, starts, _named("start of the fit", comment=units)),
         "parameter_determination": (
             FREE,
             known.determination,
-            _named("what the data say of the parameter", meanings),
+            _named("whether the data determine the parameter", **flags),
         ),
         "parameter_correlation": (
             (FREE, OTHER),
             known.correlations,
-            _named("correlation of the errors of two parameters", {"units": "1"}),
+            _named("correlation of the errors of two parameters", units="1"),
         ),
     }
     intervals = {"interval": (known.intervals, "standard error")}
@@ -186,25 +184,24 @@ def _of_parameters(fit: Fit, known: Statistics, profile: Floats | None) -> dict[
         pairs = [np.sort(each.value(pair)) for each, pair in zip(free, ends, strict=True)]
         for side, column in zip(("lower", "upper"), np.array(pairs).T, strict=True):
             what = f"{side} end of the {100 * LEVEL:g} % interval by the {method}"
-            variables[f"parameter_{name}_{side}"] = (FREE, column, _named(what, units))
+            variables[f"parameter_{name}_{side}"] = (FREE, column, _named(what, comment=units))
     return variables
 
 
 def _of_posterior(fit: Fit, posterior: Posterior) -> dict[str, Any]:
-    free, draws = fit.model.free, np.moveaxis(posterior.places, -1, 0)
-    named = (f"{each.name}: {PARAMETERS[each.name].unit or 1}" for each in free)
-    units = {"comment": f"in {'; '.join(named)}"}
+    free, units = fit.model.free, _units(fit.model.free)
+    draws = np.moveaxis(posterior.places, -1, 0)
     drawn = np.array([each.value(own) for each, own in zip(free, draws, strict=True)])
     variables: dict[str, Any] = {
         "posterior_draws": (
             (FREE, CHAIN, DRAW),
             drawn,
-            _named("values drawn with their probability", units),
+            _named("values drawn by probability", comment=units),
         ),
         "posterior_log_probability": (
             (CHAIN, DRAW),
             posterior.logs,
-            _named("logarithm of their probability, up to a constant", {"units": "1"}),
+            _named("logarithm of the probability of a draw, up to a constant", units="1"),
         ),
     }
     quantiles = np.quantile(drawn, list(QUANTILES.values()), axis=(1, 2))
@@ -212,13 +209,13 @@ def _of_posterior(fit: Fit, posterior: Posterior) -> dict[str, Any]:
         variables[f"parameter_posterior_{name}"] = (
             FREE,
             values if posterior.settled else np.full_like(values, np.nan),
-            _named(f"{100 * level:g} % quantile of the posterior", units),
+            _named(f"{100 * level:g} % quantile of the posterior", comment=units),
         )
     return variables
 
 
 def _about_posterior(posterior: Posterior) -> dict[str, Any]:
-    """Return how far a posterior can be trusted, as attributes of the file."""
+    """Return the reliability of a posterior, as attributes of the file."""
     return {
         "posterior_priors": posterior.priors,
         "posterior_steps": posterior.steps,
@@ -231,18 +228,24 @@ def _about_posterior(posterior: Posterior) -> dict[str, Any]:
     }
 
 
-def _named(long_name: str, attributes: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
+def _named(long_name: str, **attributes: Any) -> dict[str, Any]:
     return {"long_name": long_name, **attributes}
 
 
-def _flags(meanings: str) -> dict[str, Any]:
-    """Return the attributes of a variable whose values 0, 1, ... stand for these words."""
-    values = np.arange(len(meanings.split()), dtype=np.int8)
-    return {"units": "1", "flag_values": values, "flag_meanings": meanings}
+def _units(free: Iterable[FreeParameter]) -> str:
+    """Return the unit of each free parameter, as a comment."""
+    return "in " + "; ".join(f"{each.name}: {PARAMETERS[each.name].unit or 1}" for each in free)
+
+
+def _flags(meanings: Iterable[str]) -> dict[str, Any]:
+    """Return the attributes of a variable whose values 0, 1, ... have these meanings."""
+    words = [*meanings]
+    values = np.arange(len(words), dtype=np.int8)
+    return {"units": "1", "flag_values": values, "flag_meanings": " ".join(words)}
 
 
 def table_of(ds: xr.Dataset) -> list[str]:
-    """Return a fit in words: parameters, chi2, what is not known, and a line for each datum."""
+    """Return the lines of a summary: parameters, statistics, and a line for each datum."""
     columns = [
         name
         for name in map(str, ds.data_vars)
@@ -251,16 +254,15 @@ def table_of(ds: xr.Dataset) -> list[str]:
     head = [name.removeprefix("datum_") for name in columns]
     rows = [[*head, "variable", "measured", "error", "fitted", "residual", "regime", ""]]
     for datum in (ds.isel({DATUM: number}) for number in range(ds.sizes[DATUM])):
-        regime = Regime(int(datum.datum_regime)).name.lower()
         status = Status(int(datum.datum_status))
-        numbers = [f"{float(datum[name]):.6g}" for name in (*columns, *_NUMBERS)]
+        end = Regime(int(datum.datum_regime)) if status.is_result else status
         rows.append(
             [
-                *numbers[: len(columns)],
+                *(f"{float(datum[name]):.6g}" for name in columns),
                 str(datum.datum_variable.values),
-                *numbers[len(columns) :],
+                *(f"{float(datum[name]):.6g}" for name in _NUMBERS),
                 f"{float(datum.residual):.2f}",
-                regime if status.is_result else status.name.lower(),
+                end.name.lower(),
                 _JUMPS[int(datum.datum_at_jump)],
             ]
         )
@@ -277,11 +279,11 @@ _JUMPS = ("", "at a jump", "jumps within the intervals")
 
 
 def _machine_line(ds: xr.Dataset) -> str:
-    """Return the parameters of the machine that the fit took as given."""
-    given = [name for name in _MACHINE if name in ds.coords and ds[name].ndim == 0]
+    """Return a line with the fixed parameters of the machine."""
     listed = (
         f"{PARAMETERS[name].symbol} = {float(ds[name]):g} {PARAMETERS[name].unit}".rstrip()
-        for name in given
+        for name in _MACHINE
+        if name in ds.coords and ds[name].ndim == 0
         if name not in ds[FREE].values and f"datum_{name}" not in ds
     )
     return f"computed with {', '.join(listed)} (--set or a config gives others)"
@@ -297,7 +299,7 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
         low, high = _ends(own, "interval")
         line = f"{name}: {value:.7g}{units}"
         if code is not Determination.AT_BOUND and np.isfinite([low, high]).all():
-            # As many digits as the error has meaning; the file holds all.
+            # The error limits the digits; the file has all.
             line = f"{name}: {ufloat(value, error):.2uP}{units}"
             line += f", {100 * LEVEL:g} %: {_interval(low, high)}"
         if "parameter_profile_lower" in own:
@@ -309,13 +311,13 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
 
 
 def _posterior_line(ds: xr.Dataset) -> str:
-    """Return how far the posterior can be trusted, as a sentence."""
+    """Return a sentence on the reliability of the posterior."""
     steps, walkers = int(ds.attrs["posterior_steps"]), ds.sizes[CHAIN]
     agreement = f"R-hat {float(ds.attrs['posterior_agreement']):.3g}"
     if not ds.attrs["posterior_settled"]:
         return (
-            f"posterior: NOT DETERMINED, since {walkers} walkers have not come to agree within "
-            f"{steps} steps ({agreement}): they do not change often enough between basins"
+            f"posterior: NOT DETERMINED, since {walkers} walkers do not agree after {steps} steps "
+            f"({agreement}): they change too rarely between basins"
         )
     draws = round(float(ds.attrs["posterior_independent_draws"]))
     time, priors = float(ds.attrs["posterior_autocorrelation"]), ds.attrs["posterior_priors"]
@@ -326,7 +328,7 @@ def _posterior_line(ds: xr.Dataset) -> str:
 
 
 def posterior_groups(ds: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Return the groups of a file that ArviZ opens, of a fit with a posterior."""
+    """Return the groups of a file for ArviZ, from a fit with a posterior."""
     own = ds.reset_coords(drop=True)
     draws = {
         name: own["posterior_draws"].sel({FREE: name}, drop=True).assign_attrs(variable.attributes)
@@ -351,11 +353,11 @@ def _interval(low: float, high: float) -> str:
     return f"{low:.6g} to {high:.6g}"
 
 
-_ANYTHING = 1e6  # ends farther apart by this factor tell of no value
+_ANYTHING = 1e6  # an interval with a larger ratio of its ends allows any value
 _REMARKS = {
     Determination.DETERMINED: "",
     Determination.UNDETERMINED: "; NOT DETERMINED by these data",
-    Determination.AT_BOUND: "; AT ITS BOUND, and taken as fixed there",
+    Determination.AT_BOUND: "; AT ITS BOUND, where it counts as fixed",
 }
 
 
@@ -375,6 +377,6 @@ def _statistic_lines(ds: xr.Dataset) -> list[str]:
     if jumps := int((ds.datum_at_jump != 0).sum()):
         data = "a jump of 1 datum bounds" if jumps == 1 else f"jumps of {jumps} data bound"
         lines.append(
-            f"{data} the basin of this minimum: intervals reach over all others that may be true"
+            f"{data} the basin of this minimum: intervals include all other basins that may be true"
         )
     return lines

@@ -1,4 +1,4 @@
-"""Free parameters on the scales on which they are varied, and their bounds."""
+"""Free parameters, the scales on which they vary, and their bounds."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ Free: TypeAlias = str | Iterable[str] | Mapping[str, Range]
 
 LOGARITHMIC, PLAIN = "logarithmic", "plain"
 
-# How far from the start trials of a sweep, and all trials, may lie, as factors. Temperatures do not
-# span decades.
+# Largest distances from the start for the first trials and for all trials, as logarithms of
+# factors. Temperatures do not span decades.
 _NEAR, _FAR = math.log(30.0), math.log(300.0)
 _NEAR_K, _FAR_K = math.log(1.5), math.log(5.0)
 # The same for parameters that may be 0 or negative, in their natural unit.
 _NEAR_PLAIN, _FAR_PLAIN = 1.0, 2.0
-# Distance of trials from a bound that is no valid value, in the natural unit.
+# Distance of trials from a bound that is not a valid value, in the natural unit.
 _MARGIN = 0.01
 
 
 class FreeError(ExpectedError, ValueError):
-    """A parameter that cannot be free; the message says why."""
+    """A parameter that cannot be free, or a wrong range or prior; the message says why."""
 
 
 @dataclass(frozen=True)
 class FreeParameter:
-    """A parameter that is fitted, on a scale u: its logarithm, or itself in its natural unit.
+    """A free parameter on a scale u, which is its logarithm or its value in its natural unit.
 
-    All trials lie between `lower` and `upper`, those of the first sweep in the `box`; both, and the
-    `start`, are values of u. `sign` is that of the parameter, `unit` its natural unit, in SI.
+    All trials lie between `lower` and `upper`, and the first ones in the `box`. These and the
+    `start` are values of u. `sign` is the sign of the parameter, `unit` its natural unit in SI.
     """
 
     name: str
@@ -63,17 +63,17 @@ class FreeParameter:
         return abs(float(self.value(u))) if self.form == LOGARITHMIC else self.unit
 
     def is_valid(self, u: float) -> bool:
-        """Tell whether the model takes the value."""
+        """Return whether the value at u is valid in the model."""
         return PARAMETERS[self.name].complaint(float(self.value(u))) is None
 
 
 def free_parameters(free: Free, fixed: Parameters, columns: Iterable[str]) -> list[FreeParameter]:
     """Return the parameters to fit, which start from the values in `fixed`.
 
-    `free` are names or symbols, maybe with the range (lowest, highest) in SI units that trials keep
-    to. `columns` are the parameters that the data have.
+    `free` has names or symbols, and possibly the range (lowest, highest) of trials, in SI units.
+    `columns` are the parameters in the data.
 
-    Raises FreeError for one that is unknown, is given by the data, or has no valid range.
+    Raises FreeError for a parameter that is unknown, a column of the data, or without valid range.
     """
     ranges = [name.strip() for name in free.split(",")] if isinstance(free, str) else free
     if not isinstance(ranges, Mapping):
@@ -82,15 +82,13 @@ def free_parameters(free: Free, fixed: Parameters, columns: Iterable[str]) -> li
     for given, limits in ranges.items():
         name = canonical_name(given)
         if name is None:
-            hint = (
-                did_you_mean(given, [*PARAMETERS, *BY_SYMBOL])
-                or "; see `stickslip schema` for their names"
-            )
+            hint = did_you_mean(given, [*PARAMETERS, *BY_SYMBOL])
+            hint = hint or "; `stickslip schema` lists the names"
             raise FreeError(f"there is no parameter {given!r}{hint}")
         if name in columns:
             raise FreeError(f"{name} is free, and a column of the data: leave one of them out")
         if name in found:
-            raise FreeError(f"{name} is free twice, by name and by symbol")
+            raise FreeError(f"{name} is free twice, by name and by symbol; leave one out")
         found[name] = _free(PARAMETERS[name], fixed, limits)
     if not found:
         raise FreeError("no parameter is free: name some, such as k,gamma")
@@ -146,17 +144,17 @@ def _refuse_range(variable: ParameterVariable, limits: tuple[float, float]) -> N
 
 
 def priors_of(priors: Mapping[str, Any], free: Iterable[FreeParameter]) -> dict[str, Distribution]:
-    """Return distributions by the full names of free parameters; raises FreeError."""
+    """Return the prior distributions by full name of free parameters; raises FreeError."""
     names = [each.name for each in free]
     found: dict[str, Distribution] = {}
     for given, written in priors.items():
         name = canonical_name(given)
         if name not in names:
             raise FreeError(
-                f"a prior of {given}, which is not free: there are priors of {', '.join(names)}"
+                f"a prior of {given}, which is not free; the free parameters are {', '.join(names)}"
             )
         if name in found:
-            raise FreeError(f"two priors of {name}, by name and by symbol")
+            raise FreeError(f"two priors of {name}, by name and by symbol; leave one out")
         try:
             found[name] = distribution_of(name, written)
         except ValueError as error:

@@ -1,8 +1,8 @@
-"""Posteriors: sets of free parameters drawn with their probability, by the walkers of emcee.
+"""Posteriors: sets of free parameters drawn by probability, with the walkers of emcee.
 
-Its moves are vectors between other walkers (ter Braak, Statistics and Computing 16, 239, 2006), so
-that walkers change between basins; each half of them moves by vectors of the other, and is one call
-of the lanes.
+Walkers move by vectors between other walkers (ter Braak, Statistics and Computing 16, 239, 2006),
+which lets them change basins. Each half of them moves by vectors of the other half, so that a half
+is one call of the lanes.
 """
 
 from __future__ import annotations
@@ -24,38 +24,39 @@ from sweeps.fitting.trials import Trial
 from sweeps.measurements import Floats
 
 WALKERS = 128
-"""At least so many; for more than 16 free parameters, 8 for each."""
+"""The number of walkers; with more than 16 free parameters it is 8 for each."""
 
 MOST_STEPS = 3000
 LONG = 40.0
-"""Autocorrelation times that the steps must last of which draws are kept."""
+"""The steps with draws must last this many autocorrelation times."""
 
-_CHECKED = 50  # steps from one look at the convergence to the next
-_FORGOTTEN = 1 / 3  # of all steps: they lead from the start to where the probability lies
+_CHECKED = 50  # steps between checks of the convergence
+_FORGOTTEN = 1 / 3  # fraction of the steps before the walkers reach the probable places
 _WINDOW = 5.0  # autocorrelation times over which correlations are summed
-_ALIKE = 1.1  # R-hat, below which walkers agree with each other
-_RARE = 0.02  # part of the draws that a basin needs to be looked at
-_SHORTENED, _SNOOKER = 0.7, 0.2  # parts of the moves
+_ALIKE = 1.1  # walkers agree with each other if R-hat is below this
+_RARE = 0.02  # fraction of the draws that a basin must have to count in R-hat
+_SHORTENED, _SNOOKER = 0.7, 0.2  # fractions of the moves
 WHOLE = 0.1
-"""The part of the moves by vectors as they are, which lead from one basin to another."""
+"""The fraction of moves by vectors of full length, which can reach another basin."""
 LARGEST_LOST = 0.01
-"""Part of the trials that may lack a value which could have made them probable."""
+"""The largest fraction of trials that lack a value and might have been probable."""
 _PROBABLE = -20.0  # a trial below this, relative to the minimum, would have been rejected anyway
 _SEED = 3
 
 
 class PosteriorError(ExpectedError, ValueError):
-    """A posterior that cannot be drawn; the message says why, and what would help."""
+    """A posterior that is impossible to draw; the message says why, and what would help."""
 
 
 class Posterior(NamedTuple):
     """Draws of the free parameters, on their scales: `places` (walkers, draws, p).
 
     `logs` (walkers, draws) are the logarithms of their probability, relative to the likelihood of
-    the minimum. `steps` lie behind each walker, `thinning` between draws; `correlated` (p,) are
-    autocorrelation times in steps. `agreement` is the largest R-hat of a parameter or of the weight
-    of a basin; `settled` tells whether both are as a posterior needs them. `lost` is the part of
-    the trials that lack a value which could have made them probable. `priors` are in words.
+    the minimum. Each walker has made `steps` steps, and `thinning` steps lie between draws.
+    `correlated` (p,) are autocorrelation times in steps. `agreement` is the largest R-hat of a
+    parameter or of the weight of a basin. `settled` says whether the steps are many enough and the
+    walkers agree. `lost` is the fraction of trials that lack a value and might have been probable.
+    `priors` describes the priors in words.
     """
 
     places: Floats
@@ -70,13 +71,13 @@ class Posterior(NamedTuple):
 
     @property
     def independent(self) -> float:
-        """How many independent draws the draws are worth."""
+        """The equivalent number of independent draws."""
         walkers, kept = self.places.shape[0], self.steps * (1.0 - _FORGOTTEN)
         return float(walkers * kept / np.max(self.correlated))
 
 
 class _Target:
-    """The probability of places, as a function for emcee; it counts what it computes."""
+    """The probability of places, as a function for emcee, which counts trials."""
 
     def __init__(self, search: Search, fit: Fit, prior: Callable[[Floats], Floats]) -> None:
         self._search, self._fit, self._prior = search, fit, prior
@@ -100,27 +101,24 @@ class _Target:
         return list(zip(logs.tolist(), basins.tolist(), strict=True))
 
     def _could_be_probable(self, trial: Trial) -> bool:
-        """Tell whether a trial lacks values but is not ruled out by its other data."""
-        if trial.is_whole:
-            return False
-        least = log_likelihood(self._fit, trial, trial.chi2)
-        return least > _PROBABLE
+        """Return whether a trial lacks values and its other data do not rule it out."""
+        return not trial.is_whole and log_likelihood(self._fit, trial, trial.chi2) > _PROBABLE
 
 
 def posterior_of(
     search: Search, fit: Fit, known: Statistics, priors: Mapping[str, Distribution]
 ) -> Posterior:
-    """Draw the free parameters with their probability, from all basins that a search has seen.
+    """Return draws of the free parameters by probability, from all basins seen in a search.
 
-    Raises PosteriorError where a model that fits to all digits has no errors to draw by, or where
-    too many trials lack a value.
+    Raises PosteriorError if the fit is exact, so that errors are unknown, or if too many trials
+    lack a value.
     """
     import emcee
     from emcee import moves
 
     if search.is_exact(fit) or not fit.scale > 0.0:
         raise PosteriorError(
-            "the fit meets the data exactly: without errors nothing has a probability"
+            "the fit meets the data exactly: without errors there are no probabilities"
         )
     rng = np.random.default_rng(_SEED)
     count = max(WALKERS, 8 * len(search.model.free))
@@ -146,8 +144,8 @@ def posterior_of(
         found = _posterior(sampler, target, _in_words(fit, priors))
         if found.lost > LARGEST_LOST and sampler.iteration > _CHECKED:
             raise PosteriorError(
-                f"{found.lost:.1%} of the trials lack a value that could make them probable (at "
-                f"most {LARGEST_LOST:.0%}): no orbit was found, and what is drawn would be biased "
+                f"{found.lost:.1%} of the trials lack a value that could make them probable (the "
+                f"limit is {LARGEST_LOST:.0%}): without their orbits the draws would be biased "
                 "against them; give narrower ranges, or leave out data that no orbit describes"
             )
         if found.settled or sampler.iteration >= MOST_STEPS:
@@ -157,7 +155,7 @@ def posterior_of(
 def _within(
     prior: Callable[[Floats], Floats], walkers: list[Trial], seen: list[Trial], fit: Fit
 ) -> Floats:
-    """Return the places of walkers; where a prior excludes them, of the best that it leaves."""
+    """Return the places of walkers, after replacing those excluded by a prior by the best seen."""
     places = np.array([walker.u for walker in walkers])
     excluded = np.flatnonzero(~np.isfinite(prior(places)))
     if len(excluded):
@@ -167,15 +165,15 @@ def _within(
         order = np.argsort(-logs)[: len(excluded)]
         if len(order) < len(excluded) or not np.isfinite(logs[order]).all():
             raise PosteriorError(
-                "the priors exclude nearly all that the search has seen: give wider ones, or "
-                "ranges of the free parameters within them"
+                "the priors exclude nearly all trials of the search: give wider priors, or ranges "
+                "of the free parameters within the priors"
             )
         places[excluded] = others[order]
     return places
 
 
 def _posterior(sampler: Any, target: _Target, priors: str) -> Posterior:
-    """Return what walkers have drawn so far, with how well they agree."""
+    """Return the draws of the walkers so far, and how well they agree."""
     first = int(sampler.iteration * _FORGOTTEN)
     places = sampler.get_chain(discard=first)  # (steps, walkers, p)
     basins, steps = sampler.get_blobs(discard=first), len(places)
@@ -203,8 +201,9 @@ def _posterior(sampler: Any, target: _Target, priors: str) -> Posterior:
 def _autocorrelation_time(values: Floats) -> float:
     """Return the autocorrelation time of values (steps, walkers), in steps.
 
-    By Sokal's window of five times itself, as in emcee.autocorr, but about the mean of all walkers:
-    one that never leaves a basin is no reason to trust its weight.
+    The sum ends at Sokal's window of five autocorrelation times, as in emcee.autocorr. Deviations
+    are from the mean of all walkers, since a walker that never leaves its basin does not show the
+    weight of that basin.
     """
     steps = len(values)
     transform = np.fft.rfft(values - values.mean(), n=2 * steps, axis=0)
@@ -217,9 +216,9 @@ def _autocorrelation_time(values: Floats) -> float:
 
 
 def _r_hat(values: Floats) -> float:
-    """Return how much more the halves of all walkers (steps, walkers) differ than each varies.
+    """Return the split R-hat of walkers (steps, walkers), which is 1 if their halves agree.
 
-    The split R-hat of Gelman et al., Bayesian Data Analysis (2013), section 11.4.
+    It is defined by Gelman et al., Bayesian Data Analysis (2013), section 11.4.
     """
     half = len(values) // 2
     parts = np.concatenate([values[:half], values[half : 2 * half]], axis=1)
@@ -231,9 +230,9 @@ def _r_hat(values: Floats) -> float:
 
 
 def _prior_of(fit: Fit, priors: Mapping[str, Distribution]) -> Callable[[Floats], Floats]:
-    """Return the logarithm of the density of places (m, p) before there were data.
+    """Return the function that gives the logarithm of the prior density at places (m, p).
 
-    A parameter without a distribution of its own has an even one on its scale.
+    A parameter without a prior has a uniform one on its scale.
     """
     free = fit.model.free
 

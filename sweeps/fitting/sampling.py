@@ -10,23 +10,23 @@ from sweeps.fitting.statistics import Statistics, log_likelihood
 from sweeps.fitting.trials import Trial
 from sweeps.measurements import Floats
 
-# Generations, of which the first lead to where the likelihood lies.
+# All generations, and the first ones, in which the walkers reach the likely places.
 _GENERATIONS, _FIRST = 32, 12
-# Of the logarithm of the likelihood of trials from which walkers start; less is of no interest.
+# Walkers start only from trials with a larger logarithm of the likelihood.
 _LEAST = -10.0
-# How often a vector between two walkers is taken whole: it may lead from one basin to another.
+# How often a vector between two walkers keeps its full length, which can reach another basin.
 _WHOLE = 0.1
-_SHAKE = 1e-4  # of the box: else all steps would lie in the space between the first walkers
+_SHAKE = 1e-4  # fraction of the box; otherwise steps would stay in the span of the first walkers
 _SEED = 2
 
 
 def drawn(search: Search, fit: Fit, known: Statistics) -> list[Trial]:
-    """Return trials drawn with their likelihood from all that the bounds allow.
+    """Return trials drawn by likelihood within the bounds.
 
-    Differential evolution as a Markov chain (ter Braak, Statistics and Computing 16, 239, 2006):
-    its steps are vectors between other walkers, so that jumps do not hold it up, and a wide basin
-    gets its weight beside a narrow one that fits better by chance. Each half of the walkers steps
-    by vectors of the other, so that each half is one call.
+    The method is differential evolution as a Markov chain (ter Braak, Statistics and Computing 16,
+    239, 2006). Its steps are vectors between other walkers, which cross jumps and give a wide basin
+    its full weight against a narrow one that fits better by chance. Each half of the walkers steps
+    by vectors of the other half, so that a half is one call.
     """
     rng = np.random.default_rng(_SEED)
     walkers = first_walkers(search, fit, known, population_of(search.model), rng)
@@ -51,9 +51,9 @@ def drawn(search: Search, fit: Fit, known: Statistics) -> list[Trial]:
 def first_walkers(
     search: Search, fit: Fit, known: Statistics, count: int, rng: np.random.Generator
 ) -> list[Trial]:
-    """Return so many walkers to begin with, as far from each other as trials that fit are.
+    """Return the first `count` walkers, trials that fit and lie as far apart as possible.
 
-    A valley or another basin that the search has seen is not found again by chance.
+    Walkers in every valley or basin seen in the search are needed, since chance finds none again.
     """
     wide = search.model.wide
     far = [seen for seen in search.seen if log_likelihood(fit, seen) > _LEAST]
@@ -74,7 +74,7 @@ def first_walkers(
 
 
 def _steps(search: Search, others: Floats, rng: np.random.Generator) -> Floats:
-    """Return as many steps (n, p) as there are other walkers (n, p)."""
+    """Return a step for each walker of one half, (n, p), from the other half (n, p)."""
     count, size = others.shape
     one = rng.integers(count, size=count)
     two = (one + rng.integers(1, count, size=count)) % count

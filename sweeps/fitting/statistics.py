@@ -1,8 +1,9 @@
-"""What a minimum says about its parameters: standard errors, correlations, what is not known.
+"""Statistics of a minimum: standard errors, correlations, intervals, undetermined parameters.
 
-Next to a jump an amplitude may change with the logarithm of the distance, so that its datum is met
-anywhere along the jump, in a well of 1e-5 of a parameter. Such a datum chooses the place of the
-minimum and says nothing else: intervals are those of all others, above the chi2 of all.
+Next to a jump an amplitude may change with the logarithm of the distance. Its datum is then met
+anywhere along the jump, in a well as narrow as 1e-5 of a parameter. Such a datum fixes the place of
+the minimum and gives no other information. Intervals therefore come from all other data, and count
+from the chi2 of all.
 """
 
 from __future__ import annotations
@@ -23,25 +24,25 @@ from sweeps.fitting.trials import STEP, Trial
 from sweeps.measurements import Floats
 
 LEVEL = 0.95
-"""Probability of an interval."""
+"""The probability of an interval."""
 
-# Relative to the amplitudes: ten times what they are rough by. A derivative that could be made of
-# less is not known to a tenth.
+# Relative to the amplitudes; ten times their roughness. A smaller change does not determine a
+# derivative to a tenth.
 _ROUGHNESS = 1e-7
-# Of a parameter's natural unit, or of its logarithm: one with a larger standard error is not known.
+# A larger standard error, in the natural unit or the logarithm, leaves a parameter undetermined.
 _LARGE = 1.0
-# Where all standard errors are smaller, valleys are straight.
+# If all standard errors are smaller than this, valleys are straight.
 _SMALL = 0.05
-_NEARLY, _MOVES = 0.8, 6  # part of a rise that is enough; how often an end is moved
-_LEAST_RISE = 1e-3  # a smaller one says nothing of the distance
-_CLOSE, _TRIES = 0.01, 24  # of an end by the profile: by what part its rise may be off
-_JUST_BEYOND = 1.05  # of an interval: trials at its ends lie within
-_PART = 0.1  # of a direction that changes nothing: what a parameter must have to be in it
-_AT_BOUND = 1e-3  # of the distance of the bounds
+_NEARLY, _MOVES = 0.8, 6  # fraction of the rise that is enough; how often an end may move
+_LEAST_RISE = 1e-3  # a smaller rise does not show the distance
+_CLOSE, _TRIES = 0.01, 24  # relative error allowed in the rise at an end of the profile; attempts
+_JUST_BEYOND = 1.05  # factor that keeps trials at the ends of an interval within it
+_PART = 0.1  # a parameter takes part in a direction if its component is larger than this
+_AT_BOUND = 1e-3  # fraction of the distance between the bounds
 
 
 class Determination(IntEnum):
-    """What the data say of a parameter; the values are those of `parameter_determination`."""
+    """Whether the data determine a parameter: the values of `parameter_determination`."""
 
     DETERMINED = 0
     UNDETERMINED = 1
@@ -51,9 +52,9 @@ class Determination(IntEnum):
 class Statistics(NamedTuple):
     """Standard errors (p,) and correlations (p, p) on the scales of the parameters.
 
-    NaN where `determination` (p,) says that there are none; `intervals` (p, 2) hold the true value
-    with the probability `LEVEL`. `jumps` (n,) are data that change their kind of motion within
-    them: they bound the basin of the minimum.
+    They are NaN for parameters without a standard error, see `determination` (p,). `intervals`
+    (p, 2) hold the true value with the probability `LEVEL`. `jumps` (n,) marks data whose kind of
+    motion changes within the intervals; their jumps bound the basin of the minimum.
     """
 
     errors: Floats
@@ -64,11 +65,11 @@ class Statistics(NamedTuple):
 
 
 def statistics_of(fit: Fit) -> Statistics:
-    """Return the statistics of a minimum, by the derivatives there.
+    """Return the statistics of a minimum, from the derivatives there.
 
-    A parameter at a bound counts as fixed there. Data at a jump are left out. Directions in which
-    the data change by no more than the roughness of the amplitudes leave out all parameters that
-    have a part in them.
+    A parameter at a bound counts as fixed there. Data at a jump are left out. In a direction in
+    which the data change by no more than the roughness of the amplitudes, all parameters with a
+    component are undetermined.
     """
     count = len(fit.trial.u)
     codes = np.full(count, Determination.DETERMINED, dtype=np.int8)
@@ -87,7 +88,7 @@ def statistics_of(fit: Fit) -> Statistics:
         covariance[np.ix_(known, known)] = parts @ parts.T
     errors = np.sqrt(np.diag(covariance))
     codes[errors > _LARGE] = Determination.UNDETERMINED
-    with np.errstate(invalid="ignore", divide="ignore"):  # without noise all are 0
+    with np.errstate(invalid="ignore", divide="ignore"):  # without noise all errors are 0
         correlations = covariance / np.outer(errors, errors)
     reach = errors * _goal(fit)
     intervals = fit.trial.u[:, None] + np.array([-1.0, 1.0]) * reach[:, None]
@@ -95,13 +96,13 @@ def statistics_of(fit: Fit) -> Statistics:
 
 
 def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Trial]:
-    """Return the statistics with intervals as long as the data let them be, and the best trial.
+    """Return the statistics with intervals as wide as the data allow, and the best trial.
 
-    Standard errors hold only if chi2 is a parabola. For each parameter the others are fitted anew
-    at the ends of its interval, and it is moved on where chi2 has not risen as it should. Intervals
-    reach over all other trials that fit about as well, or that are so many that the truth may lie
-    among them. The standard error becomes that of the longer side. A trial that is better than the
-    minimum is another minimum.
+    Standard errors hold only if chi2 is a parabola. At the ends of the interval of each parameter
+    the others are refitted, and the end moves outwards if chi2 has not risen enough. Intervals
+    include all other trials that fit about as well, or that are so numerous that the truth may lie
+    among them. The standard error follows the longer side. A trial better than the minimum belongs
+    to another minimum.
     """
     goal, intervals = _goal(fit), known.intervals.copy()
     sides = _sides(fit, known, fit.left_out) if math.isfinite(goal) else []
@@ -118,7 +119,7 @@ def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Tr
 
 
 def covering(search: Search, fit: Fit, known: Statistics, draws: Sequence[Trial]) -> Statistics:
-    """Return the statistics with intervals that hold `LEVEL` of trials drawn by likelihood."""
+    """Return the statistics with intervals that hold `LEVEL` of the trials drawn by likelihood."""
     tails = [0.5 - LEVEL / 2.0, 0.5 + LEVEL / 2.0]
     found = _reaching(search, fit, known, np.quantile([draw.u for draw in draws], tails, axis=0))
     others = np.mean([~fit.trial.is_like(draw)[fit.model.data.row] for draw in draws], axis=0)
@@ -126,7 +127,7 @@ def covering(search: Search, fit: Fit, known: Statistics, draws: Sequence[Trial]
 
 
 def _reaching(search: Search, fit: Fit, known: Statistics, places: Iterable[Floats]) -> Statistics:
-    """Return the statistics with intervals that reach to places, and to all that fits as well."""
+    """Return the statistics with intervals that include places, and all trials that fit as well."""
     goal, intervals = _goal(fit), known.intervals.copy()
     as_good = (seen.u for seen in search.seen if _rise(fit, seen, fit.left_out) < goal)
     for place in (*as_good, *places):
@@ -139,7 +140,7 @@ def _reaching(search: Search, fit: Fit, known: Statistics, places: Iterable[Floa
 
 
 def jumps_within(search: Search, fit: Fit, known: Statistics) -> NDArray[np.bool_]:
-    """Tell which data (n,) change their kind of motion in trials within the ellipsoid of errors."""
+    """Return which data (n,) change their kind of motion within the ellipsoid of errors."""
     inner = (known.errors > 0.0) & np.isfinite(known.errors)
     errors, jumps = known.errors[inner], fit.left_out
     inverse = np.linalg.pinv(known.correlations[np.ix_(inner, inner)])
@@ -157,9 +158,10 @@ def _goal(fit: Fit) -> float:
 
 @dataclass(frozen=True)
 class _Side:
-    """A side of a minimum along one parameter, where all others are fitted anew.
+    """A side of a minimum along one parameter, where all other parameters are refitted.
 
-    The error is that of the parameter; the `direction` (p,) is that in which all others follow.
+    `error` is the standard error of the parameter, `direction` (p,) the change of all parameters
+    per unit of this one, by their correlations.
     """
 
     fit: Fit
@@ -171,12 +173,12 @@ class _Side:
 
     @property
     def end(self) -> int:
-        """The place of this side in an interval, and in the bounds."""
+        """The index of this side in an interval, and in the bounds."""
         return int(self.sign > 0)
 
     @property
     def room(self) -> float:
-        """The distance of the bound."""
+        """The distance to the bound."""
         return float(abs(self.fit.model.bounds[self.end][self.number] - self.at(0.0)))
 
     def at(self, distance: float) -> float:
@@ -184,11 +186,11 @@ class _Side:
         return float(self.fit.trial.u[self.number] + self.sign * distance)
 
     def rise(self, trial: Trial) -> float:
-        """Return how far a trial is above the minimum, in standard errors."""
+        """Return the rise of a trial above the minimum, in standard errors."""
         return _rise(self.fit, trial, self.left_out)
 
     def trial(self, distance: float, near: Trial, enough: float = math.inf) -> Steps[Trial]:
-        """Return the best trial at a distance, or the first one if it rises by enough."""
+        """Return the best trial at a distance, or the first one if its rise is `enough`."""
         model = self.fit.model
         further = self.sign * (self.at(distance) - near.u[self.number])
         place = model.inside(near.u + further * self.direction)
@@ -213,9 +215,9 @@ def _sides(fit: Fit, known: Statistics, left_out: NDArray[np.bool_]) -> list[_Si
 
 
 def _end(side: _Side, goal: float, curved: bool) -> Steps[tuple[float, Trial]]:
-    """Return how far an interval reaches to a side, and the best trial on the way.
+    """Return the length of an interval on a side, and the best trial on the way.
 
-    `goal` is the root of the rise of chi2 that ends it, in units of its scale.
+    `goal` is the root of the rise of chi2 at its end, in units of its scale.
     """
     distance, best, trial = goal * side.error, side.fit.trial, side.fit.trial
     for _ in range(_MOVES):
@@ -246,11 +248,11 @@ def _profile_end(side: _Side, goal: float) -> Steps[float]:
 
 
 def as_probable(fit: Fit, known: Statistics, worse: Sequence[Trial], count: int) -> list[Trial]:
-    """Return trials of an even sweep of `count` among which the truth may lie: none, or most.
+    """Return the trials, of an even sweep of `count`, among which the truth may lie: none, or most.
 
-    A narrow minimum may fit the noise better than a wide plateau with the truth in it. Each trial
-    stands for its share of the box, and a minimum for its ellipsoid, both weighted by likelihood;
-    what is left out has together a probability of no more than 1 - `LEVEL`.
+    A narrow minimum may fit the noise better than a wide plateau that contains the truth. Each
+    trial represents its share of the box, and a minimum its ellipsoid, both weighted by likelihood.
+    The trials left out have together a probability of no more than 1 - `LEVEL`.
     """
     if not worse or not 0.0 < fit.scale < math.inf:
         return []
@@ -266,10 +268,10 @@ def as_probable(fit: Fit, known: Statistics, worse: Sequence[Trial], count: int)
 
 
 def log_likelihood(fit: Fit, trial: Trial, cost: float | None = None) -> float:
-    """Return the logarithm of the likelihood of a trial, relative to that of the minimum.
+    """Return the logarithm of the likelihood of a trial, relative to the minimum.
 
-    Where errors are only known from the residuals, for any common factor of theirs. The trial may
-    be given another `cost`.
+    If errors are known only from the residuals, it holds for any common factor of the errors.
+    `cost` replaces the cost of the trial.
     """
     above = (trial.cost if cost is None else cost) - fit.trial.cost
     if fit.model.data.relative:
@@ -278,7 +280,7 @@ def log_likelihood(fit: Fit, trial: Trial, cost: float | None = None) -> float:
 
 
 def _rise(fit: Fit, trial: Trial, left_out: NDArray[np.bool_]) -> float:
-    """Return how far a trial is above the minimum, in standard errors, by data not left out."""
+    """Return the rise of a trial above the minimum, in standard errors, without some data."""
     above = max(0.0, float(np.sum(trial.residuals[~left_out] ** 2)) - fit.trial.cost)
     return math.sqrt(above / fit.scale) if fit.scale != 0.0 else math.inf
 
@@ -291,7 +293,7 @@ def _at_bound(fit: Fit) -> NDArray[np.bool_]:
 
 
 def _least_slope(fit: Fit) -> float:
-    """Return the derivative of all data together that roughness alone could give."""
+    """Return the largest derivative of all data together that roughness alone could give."""
     sizes = np.nan_to_num(fit.trial.fitted) / fit.model.data.error
     roughness = _ROUGHNESS * max(1.0, fit.model.options.rtol / 1e-6)
     return float(roughness / STEP * np.linalg.norm(sizes))
@@ -300,9 +302,9 @@ def _least_slope(fit: Fit) -> float:
 def profile_intervals(search: Search, fit: Fit, known: Statistics) -> Floats:
     """Return intervals (p, 2) of the profile likelihood, on the scales of the parameters.
 
-    For each parameter all others are fitted anew; the data are less probable, at the level `LEVEL`,
-    beyond its interval: by Student's t where errors are only known from the residuals. An end is
-    NaN where it is out of bounds, both are for parameters without a standard error.
+    For each parameter all others are refitted. Beyond the interval the data are less probable, at
+    the level `LEVEL`, by Student's t if errors are known only from the residuals. An end out of
+    bounds is NaN, and so are both ends for a parameter without a standard error.
     """
     own = fit.model.data.relative or fit.scale > 1.0
     goal = _goal(fit) if own else float(norm.ppf(0.5 + LEVEL / 2.0))

@@ -1,4 +1,4 @@
-"""Trials: what the model gives for the data, for many sets of free parameters in one call."""
+"""Trials: the values of the model at the data, for many sets of free parameters in one call."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ _KIND = [RESULT_COLUMNS.index(n) for n in ("regime", "melting_count", "orbit_per
 _ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
 
 STEP = 1e-3
-"""Step of derivatives on the scale of a free parameter: 1e5 times the roughness of amplitudes."""
+"""Step of derivatives on the scale of a free parameter, 1e5 times the roughness of amplitudes."""
 
-_FAR = 30.0  # measured values so many times those of all trials are in another unit
-_STANDARD_ERRORS = 3.0  # that an amplitude_error of a mean holds
-# By how much more than a model that gives 0 everywhere a trial misses a datum without a value.
+_FAR = 30.0  # measured values this many times larger than in all trials are in another unit
+_STANDARD_ERRORS = 3.0  # standard errors in the amplitude_error of a mean
+# Misfit of a datum without a value, relative to a model that gives 0 everywhere.
 _LOST = 100.0
 
 
 class Budget(NamedTuple):
-    """Drive periods, and steps, that an orbit may take; a typical one takes 10 and 3000."""
+    """The most drive periods and steps for an orbit; a typical orbit takes 10 and 3000."""
 
     periods: int
     steps: int
@@ -46,21 +46,21 @@ class Budget(NamedTuple):
         """Return options within the budget."""
         steps = self.steps if options.max_steps is None else min(self.steps, options.max_steps)
         if METHODS[options.method].own_option == "dt":
-            steps = options.settings().max_steps  # it knows in advance how many it takes
+            steps = options.settings().max_steps  # a fixed step determines their number
         periods = min(self.periods, options.max_periods)
         return replace(options, max_periods=periods, max_steps=steps)
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What the model gives with one set of free parameters.
+    """The results of the model for one set of free parameters.
 
-    `residuals` (n,) are those of the data, in standard errors, all finite; `fitted` (n,) the values
-    of the model, NaN where it has none; `results` (rows, columns) those of the rows.
+    `residuals` (n,) of the data are in standard errors and finite. `fitted` (n,) are the values of
+    the model, NaN for missing ones. `results` (rows, columns) are the result rows.
 
-    Trials are compared by their `cost`. Data without a value have residuals so large that a trial
-    without them costs more than any that has all: it is not known to be better. Its `chi2`, without
-    them, is the least that it can be once they are found.
+    Trials are compared by `cost`. A datum without a value has such a large residual that the trial
+    costs more than any trial with all values, since it is not known to be better. Its `chi2`, which
+    leaves these data out, is the least possible cost once they have values.
     """
 
     u: Floats
@@ -80,7 +80,7 @@ class Trial:
 
     @property
     def part(self) -> float:
-        """The part of the data that have a value."""
+        """The fraction of the data that have a value."""
         return float(self.known.mean())
 
     @property
@@ -95,39 +95,39 @@ class Trial:
 
     @property
     def is_settled(self) -> NDArray[np.bool_]:
-        """Which rows (rows,) have a periodic orbit, which no larger budget changes."""
+        """Which rows (rows,) have a periodic orbit, which a larger budget would not change."""
         settled: NDArray[np.bool_] = self.results[:, _STATUS] == Status.OK
         return settled
 
     @property
     def kinds(self) -> NDArray[np.float64]:
-        """Regime, counts and status (rows, 4), which differ beyond a jump."""
+        """Regime, counts and status (rows, 4), which change at a jump."""
         return self.results[:, _KIND]
 
     def is_like(self, other: Trial) -> NDArray[np.bool_]:
-        """Tell which rows (rows,) have the kind of motion that they have in another trial."""
+        """Return which rows (rows,) have the same kind of motion in another trial."""
         alike: NDArray[np.bool_] = (self.kinds == other.kinds).all(axis=1)
         return alike
 
     @property
     def signature(self) -> bytes:
-        """The kinds of all rows in a form that can be compared."""
+        """The kinds of all rows in a form that compares fast."""
         return self.kinds.tobytes()
 
 
 class OtherUnitError(ExpectedError, ValueError):
-    """Measurements that no trial comes near: most likely in another unit, or of another sign."""
+    """Measurements far from all trials, most likely in another unit or of another sign."""
 
 
 def refuse_other_units(data: Measurements, trials: Sequence[Trial]) -> None:
-    """Raise OtherUnitError if a variable has values far from those of the model in all trials."""
+    """Raise OtherUnitError if the values of a variable are far from the model in all trials."""
     fitted = np.array([trial.fitted for trial in trials])
     with np.errstate(divide="ignore", invalid="ignore"):
         off = data.value / fitted
     off[~np.isfinite(off)] = np.nan
     for name in dict.fromkeys(data.variable):
         own = off[:, np.array(data.variable) == name]
-        ratios = np.nanmedian(own[~np.isnan(own).all(axis=1)], axis=1)  # one of each trial
+        ratios = np.nanmedian(own[~np.isnan(own).all(axis=1)], axis=1)  # one for each trial
         ratios = ratios[ratios != 0.0]
         if not len(ratios):
             continue
@@ -147,9 +147,9 @@ def refuse_other_units(data: Measurements, trials: Sequence[Trial]) -> None:
 
 @dataclass(frozen=True)
 class Model:
-    """The model at the rows of measurements, with some parameters free.
+    """The model at the rows of measurements, with some free parameters.
 
-    It is computed by `workers`, left out those that `orbit_rows` takes.
+    `workers` compute it, by default the workers of `orbit_rows`.
     """
 
     data: Measurements
@@ -163,14 +163,14 @@ class Model:
     ) -> list[Trial]:
         """Return the trials at places (m, p), computed together.
 
-        Orbits are searched for within a budget and no longer, None for that of the options; if
-        `wanted` (m, rows), only there.
+        The search for orbits stays within a budget; None means the budget of the options. With
+        `wanted` (m, rows) only those rows are computed.
         """
         results = self._results(places, budget, wanted)
         return [self._trial(u, rows) for u, rows in zip(places, results, strict=True)]
 
     def completed(self, trials: Sequence[Trial], budget: Budget | None) -> list[Trial]:
-        """Return trials with what does not repeat in them computed anew, within a larger budget."""
+        """Return trials whose rows without a periodic orbit are computed with a larger budget."""
         missing = np.array([~trial.is_settled for trial in trials])
         if not missing.any():
             return list(trials)
@@ -183,8 +183,8 @@ class Model:
     def beside(self, trial: Trial) -> tuple[Floats, NDArray[np.bool_]]:
         """Return the places (2 p, p) whose trials give derivatives, and the rows wanted there.
 
-        They are a step above, then a step below. A row that does not repeat has no derivative:
-        mostly it is chaos, which costs more than all others.
+        The places are a step above, then a step below. A row without a periodic orbit has no
+        derivative; it is mostly chaotic, and would cost more than all others.
         """
         steps = STEP * np.concatenate([np.eye(len(self.free)), -np.eye(len(self.free))])
         return trial.u + steps, np.tile(trial.is_settled, (len(steps), 1))
@@ -192,8 +192,9 @@ class Model:
     def slopes(self, trial: Trial, beside: Sequence[Trial]) -> tuple[Floats, NDArray[np.bool_]]:
         """Return derivatives (n, p) of the residuals, and which data (n,) are next to a jump.
 
-        By differences over steps to both sides, or to the one on which the motion stays of its
-        kind: a derivative across a jump is none. Where both are beyond a jump, it is 0.
+        They are differences over a step to each side, or only to the side on which the kind of
+        motion stays the same, since there is no derivative across a jump. If it changes on both
+        sides, the derivative is 0.
         """
         count, row = len(self.free), self.data.row
         ok: NDArray[np.bool_] = trial.is_settled[row]
@@ -220,11 +221,11 @@ class Model:
         return np.array([free.box[1] - free.box[0] for free in self.free])
 
     def inside(self, places: Floats) -> Floats:
-        """Return places (..., p), moved to the bounds of the free parameters if beyond."""
+        """Return places (..., p), moved to the bounds of the free parameters if outside."""
         return np.asarray(np.clip(places, *self.bounds))
 
     def are_inside(self, places: Floats) -> NDArray[np.bool_]:
-        """Tell which places (m, p) lie within the bounds."""
+        """Return which places (m, p) lie within the bounds."""
         low, high = self.bounds
         return np.asarray(((low < places) & (places < high)).all(axis=1))
 
@@ -251,7 +252,7 @@ class Model:
         if wanted is not None:
             valid &= wanted.ravel()
         if valid.any():
-            # Of rows that differ in nothing one is computed.
+            # Equal rows are computed once.
             different, places_of = np.unique(flat[valid], axis=0, return_inverse=True)
             found = orbit_rows(different, options, self.workers)
             results[valid] = found[places_of.ravel()]
@@ -265,7 +266,7 @@ class Model:
         fitted = results[data.row, columns]
         residuals = (fitted - data.value) / data.error
         means = results[data.row, _STATUS] == Status.APERIODIC
-        # A mean with an error fits no better than that lets it: its mean square is what counts.
+        # A mean fits no better than its error allows, so its mean square residual counts.
         error = results[data.row, _ERROR] / _STANDARD_ERRORS * np.abs(fitted) / data.error
         residuals[means] = np.copysign(np.hypot(residuals, error), residuals)[means]
         fitted = np.where(np.isfinite(residuals), fitted, np.nan)
@@ -274,9 +275,9 @@ class Model:
 
     @cached_property
     def lost(self) -> float:
-        """The residual of a datum without a value, more than any that a fit could end with.
+        """The residual of a datum without a value, larger than any at the end of a fit.
 
-        All values are known to be of the order of the model's, or they are refused.
+        Measured values have the order of magnitude of the model's; others are refused.
         """
         return _LOST * math.sqrt(self.squares)
 

@@ -103,7 +103,10 @@ def test_the_command_fits_and_its_files_can_be_used(
         ("d.csv --free k -o d.csv", "ends in .nc"),
         ("bad.csv --free k", "bad.csv:1, column Fmax: is neither a parameter"),
         ("d.csv --free k --profile", "needs two free parameters"),
-        ("d.csv --free k --set T=200", "temperature: a column of the data, and given beside it"),
+        (
+            "d.csv --free k --set T=200",
+            "temperature is in the config and also a column of the data",
+        ),
         ("milli.csv --free k", "times the model's even in the nearest of 16 trials: are they in N"),
         ("least.csv --free k", "have the opposite sign to the model's in all trials"),
     ],

@@ -155,7 +155,7 @@ def test_r_hat_tells_walkers_that_agree_from_others() -> None:
 @pytest.mark.parametrize(
     ("priors", "said"),
     [
-        ({"K": [1e3, 2e3]}, "a prior of K, which is not free: there are priors of rheological_in"),
+        ({"K": [1e3, 2e3]}, "a prior of K, which is not free; the free parameters are rheo"),
         ({"gamma": {"normal": [-0.5]}}, r"the prior of rheological_index: must be \[low, high\]"),
         ({"gamma": {"normal": [0.0, 1.0]}}, "has values that rheological_index cannot have"),
         ({"gamma": [-0.5, 0.5], "rheological_index": [0, 1]}, "two priors of rheological_index"),
