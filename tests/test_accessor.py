@@ -33,9 +33,9 @@ def ds() -> xr.Dataset:
         "from stickslip import simulate; simulate(periods=1)",
     ],
 )
-def test_a_dataset_knows_it_after(code: str) -> None:
-    told = f"{code}\nimport xarray as xr; assert xr.Dataset().stickslip is not None"
-    subprocess.run([sys.executable, "-c", told], check=True, stderr=subprocess.DEVNULL)
+def test_a_dataset_has_the_accessor_after(code: str) -> None:
+    script = f"{code}\nimport xarray as xr; assert xr.Dataset().stickslip is not None"
+    subprocess.run([sys.executable, "-c", script], check=True, stderr=subprocess.DEVNULL)
 
 
 def test_importing_the_packages_loads_no_xarray() -> None:
@@ -77,13 +77,13 @@ def test_maps_take_the_longest_axes(ds: xr.Dataset) -> None:
     assert ds.stickslip.map("friction_force_amplitude", x="K").axes
     with pytest.raises(ValueError, match="a map needs two axes"):
         ds.stickslip.map("regime", K=500)
-    with pytest.raises(ValueError, match=r"with ax it is plot\('regime', x=..., y=..., ax=...\)"):
+    with pytest.raises(ValueError, match=r"for ax call plot\('regime', x=..., y=..., ax=...\)"):
         ds.stickslip.map("regime", ax=Figure().subplots())
 
 
 def test_it_says_what_a_dataset_holds(ds: xr.Dataset) -> None:
-    told = "<stickslip accessor of a sweep (temperature: 9, spring_stiffness: 9)>"
-    assert repr(ds.stickslip) == told
+    text = "<stickslip accessor of a sweep (temperature: 9, spring_stiffness: 9)>"
+    assert repr(ds.stickslip) == text
     motion = simulate(periods=1, samples_per_period=20)
     assert repr(motion.stickslip) == "<stickslip accessor of a trajectory (elapsed_time: 21)>"
 

@@ -52,12 +52,12 @@ def test_the_reason_of_a_system_error_is_its_text_alone(tmp_path):
     assert reason(caught.value) == "No such file or directory"
 
 
-def test_the_reason_of_another_error_is_what_it_says():
+def test_the_reason_of_another_error_is_its_message():
     assert reason(RuntimeError("NetCDF: HDF error")) == "NetCDF: HDF error"
     assert reason(OSError("the file does not read back")) == "the file does not read back"
 
 
-def test_a_near_miss_is_told_in_its_right_spelling():
+def test_a_near_miss_gets_the_right_spelling():
     assert did_you_mean("Temprature", ["temperature", "K"]) == " (did you mean 'temperature'?)"
     assert did_you_mean("t_c", ["T_c", "K"]) == " (did you mean 'T_c'?)"
     assert did_you_mean("temp", ["temperature", "K"]) == " (did you mean 'temperature'?)"

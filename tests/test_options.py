@@ -1,4 +1,4 @@
-"""Options: defaults, ranges, and a table of methods in which nothing is missing."""
+"""Options: defaults, ranges, and the table of methods."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_module_that_lacks_a_function_is_no_method(
         assert METHODS["adaptive"].kernels
 
 
-def test_a_method_without_chance_needs_no_walk_by_chance_and_refuses_it(
+def test_a_method_without_noise_needs_no_stochastic_walk_and_refuses_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     method = replace(METHODS["adaptive"], noises=(TYPICAL_PATH, NO_NOISE))
@@ -70,7 +70,7 @@ def test_the_budget_of_euler_cromer_covers_all_periods_at_the_step_of_the_paper(
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_a_method_says_the_largest_step_of_each_point(name: str) -> None:
+def test_a_method_returns_the_largest_step_of_each_point(name: str) -> None:
     points = np.array([Parameters(), Parameters(elastic_coefficient=0.0)])
     steps = METHODS[name].kernels.largest_step(points, Options(method=name))
     assert steps.shape == (2,)
@@ -149,7 +149,7 @@ def test_a_count_with_a_fraction_is_refused_not_cut(name: str) -> None:
 
 @pytest.mark.parametrize("name", OPTIONS)
 @pytest.mark.parametrize("value", ["1e-6", b"1", None, True, [1.0], {}, 1j])
-def test_what_is_no_number_is_refused_by_name(name: str, value: object) -> None:
+def test_a_value_that_is_no_number_is_refused_by_name(name: str, value: object) -> None:
     if value is None and OPTIONS[name].default is None:
         assert getattr(Options(**{name: value}), name) is None
         return
@@ -162,8 +162,8 @@ def test_an_unknown_choice_is_refused_with_the_known_ones(name: str) -> None:
     with pytest.raises(OptionError) as caught:
         Options(**{name: "nonsense"})
     known = ", ".join(CHOICES[name])
-    said, _, how_to_add = str(caught.value).partition("; ")
-    assert said == f"{name} must be one of {known}, not 'nonsense'"
+    message, _, how_to_add = str(caught.value).partition("; ")
+    assert message == f"{name} must be one of {known}, not 'nonsense'"
     assert ("register_law" in how_to_add) == (name == "friction")
     for value in CHOICES[name]:
         assert getattr(Options(**{name: value}), name) == value

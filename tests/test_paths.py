@@ -74,7 +74,7 @@ def test_a_path_that_would_make_an_odd_folder_is_refused(
     assert entries() == before
 
 
-def test_what_exists_by_its_own_name_is_meant() -> None:
+def test_the_name_of_an_existing_file_is_not_expanded() -> None:
     for name in ("~", "$NIX.nc", r"a\b.nc"):
         Path(name).touch()
         assert path_of(name) == Path(name)

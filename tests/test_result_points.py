@@ -1,4 +1,4 @@
-"""A point of a result is computed again from its file alone."""
+"""Points of a result, computed again from the file alone."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_point_is_computed_again_with_its_bits(
     assert point.orbit().elastic_stress_amplitude == stress
 
 
-def test_another_number_in_the_file_is_seen(ds: xr.Dataset) -> None:
+def test_a_changed_number_in_the_file_is_found(ds: xr.Dataset) -> None:
     changed = ds.copy(deep=True)
     changed.friction_force_amplitude[0, 0] *= 1.0 + 1e-15
     point = point_of(changed, T=200, gamma=-2 / 3)
@@ -148,7 +148,7 @@ def test_linked_cases_are_chosen_by_number_or_by_value() -> None:
     )
 
 
-def test_a_point_says_what_it_is(ds: xr.Dataset) -> None:
+def test_the_texts_of_a_point(ds: xr.Dataset) -> None:
     point = point_of(ds, T=200, gamma=-2 / 3)
     assert repr(point) == "<Point temperature = 200 K, rheological_index = -0.666667: ok>"
     assert ">stick_slip_symmetric<" in point._repr_html_()
@@ -168,7 +168,7 @@ def test_an_interpolated_point_is_computed_and_compared_with_nothing(ds: xr.Data
     assert point.orbit().status is Status.OK
 
 
-def test_of_a_failed_point_the_way_from_its_start_is_shown() -> None:
+def test_a_failed_point_shows_the_motion_from_its_start() -> None:
     ds = run(MAP | {"stationary": {"max_periods": 1}})
     point = point_of(ds, T=200, gamma=-2 / 3)
     assert point.status is Status.NOT_STATIONARY
@@ -179,7 +179,7 @@ def test_of_a_failed_point_the_way_from_its_start_is_shown() -> None:
 
 
 @pytest.mark.parametrize(
-    ("where", "told"),
+    ("where", "message"),
     [
         ({"T": 250}, "choose one, for example by rheological_index=-0.666667"),
         ({"T": 400, "gamma": 0}, "temperature goes from 200 to 300"),
@@ -188,14 +188,14 @@ def test_of_a_failed_point_the_way_from_its_start_is_shown() -> None:
         ({"T": 250, "gamma": 0, "omega": 11}, "angular_frequency is 10.0 in all of this file"),
     ],
 )
-def test_what_names_no_single_point_is_refused(
-    ds: xr.Dataset, where: dict[str, Any], told: str
+def test_values_that_choose_no_single_point_are_refused(
+    ds: xr.Dataset, where: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(PointError, match=told.replace("(", r"\(")):
+    with pytest.raises(PointError, match=message.replace("(", r"\(")):
         point_of(ds, **where)
 
 
-def test_a_direction_that_cannot_be_is_named() -> None:
+def test_an_unknown_direction_is_refused() -> None:
     changed = run(LINE).assign_coords(direction=["left", "down"])
     with pytest.raises(PointError, match="the direction 'left' is none of up, down"):
         point_of(changed, omega=38.0, direction="left")
@@ -212,7 +212,7 @@ def test_a_trajectory_has_no_points_of_a_result(ds: xr.Dataset) -> None:
         point_of(course)
 
 
-def test_what_may_change_the_bits_is_named(ds: xr.Dataset) -> None:
+def test_versions_that_may_change_the_bits_are_listed(ds: xr.Dataset) -> None:
     software = "Python 3.1, numpy 9.0, numba 0.1.2, llvmlite 0.3.4, xarray 9.0"
     another = ds.assign_attrs(numerics_version="1", processor="8086", software=software)
     version, processor, compiler = point_of(another, T=200, gamma=0).versions

@@ -1,4 +1,4 @@
-"""What notebooks show of parameters and orbits."""
+"""Tables of parameters and orbits in notebooks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from stickslip.tables import value_table
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 
 
-def test_parameters_stand_in_a_table_and_changed_ones_stand_out() -> None:
+def test_parameters_are_in_a_table_with_changed_values_in_bold() -> None:
     shown = Parameters(temperature=228.0)._repr_html_()
     assert shown.count("<tr") == len(PARAMETERS)
     assert shown.count("bold") == 1
@@ -32,6 +32,6 @@ def test_symbols_and_units_have_true_indices_and_powers() -> None:
     assert ">φ<sub>0</sub><" in shown
 
 
-def test_what_a_table_holds_is_escaped() -> None:
+def test_the_content_of_a_table_is_escaped() -> None:
     table = value_table({"temperature": "<script>"}, PARAMETERS)
     assert "<script>" not in table

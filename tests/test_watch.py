@@ -1,4 +1,4 @@
-"""A file in which the library hangs or dies is told, and takes nobody with it."""
+"""A file on which the library hangs or crashes is reported, and harms nobody else."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def new_reader() -> Iterator[None]:
 
 
 def befalls(monkeypatch: pytest.MonkeyPatch, mishap: str) -> None:
-    """What happens to the reader when it opens a file."""
+    """Let a mishap happen to the reader when it opens a file."""
     opens = "        with netCDF4.Dataset("
     assert opens in watch.READER
     monkeypatch.setattr(watch, "READER", watch.READER.replace(opens, f"        {mishap}\n{opens}"))
@@ -48,14 +48,14 @@ def test_a_sound_file_passes_again_and_again(path: Path) -> None:
     require_readable(path.with_name("absent"))
 
 
-def test_a_file_that_says_that_it_is_damaged_passes(path: Path) -> None:
+def test_a_file_that_raises_an_error_passes(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:2000])
     require_readable(path)
     path.write_text("no file at all")
     require_readable(path)
 
 
-def test_a_file_in_which_the_library_hangs_is_told(
+def test_a_file_on_which_the_library_hangs_is_reported(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     befalls(monkeypatch, HANGS)
@@ -64,7 +64,9 @@ def test_a_file_in_which_the_library_hangs_is_told(
         require_readable(path)
 
 
-def test_a_file_that_ends_the_process_is_told(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_crashes_the_library_is_reported(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     befalls(monkeypatch, DIES)
     with pytest.raises(StorageError, match=f"reading it ends in signal {int(signal.SIGSEGV)}"):
         require_readable(path)

@@ -1,4 +1,4 @@
-"""The parameters of a config, judged together: names and symbols, and what looks exchanged."""
+"""The parameters of a config, judged together: names and symbols, exchanged values, other units."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def test_k_and_K_are_different_parameters() -> None:
         ("Xm", "X_m"),
     ],
 )
-def test_the_parameter_that_is_meant_is_guessed(key: str, meant: str) -> None:
-    (told,) = problems(f"model: {{{key}: 1}}")
-    assert told.endswith(f"(did you mean {meant!r}?)")
+def test_the_closest_parameter_is_suggested(key: str, meant: str) -> None:
+    (problem,) = problems(f"model: {{{key}: 1}}")
+    assert problem.endswith(f"(did you mean {meant!r}?)")
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_exchanged_k_and_K_are_noticed(k: float, K: float, exchanged: int) -> No
 
 @pytest.mark.parametrize("section", ["model: {%s: %s}", "sweep: {%s: [%s]}", "cases: {%s: [%s]}"])
 @pytest.mark.parametrize("value", [".nan", ".inf", "-.inf", "1e400", "true", "abc", "[]", "{}"])
-def test_what_is_no_finite_number_is_refused_for_every_parameter(section: str, value: str) -> None:
+def test_every_parameter_refuses_values_that_are_no_finite_number(section: str, value: str) -> None:
     for name in PARAMETERS:
         with pytest.raises(ConfigError) as caught:
             from_yaml(section % (name, value))
@@ -61,7 +61,7 @@ def test_what_is_no_finite_number_is_refused_for_every_parameter(section: str, v
 
 
 @pytest.mark.parametrize(
-    ("model", "told"),
+    ("model", "message"),
     [
         ({"T_c": 27}, "T_c = 27 K is -246 degrees Celsius"),
         ({"a": 3}, "a = 3 Pa, against 4e+12 in the paper: is it in another unit?"),
@@ -69,16 +69,16 @@ def test_what_is_no_finite_number_is_refused_for_every_parameter(section: str, v
         ({"X_m": -0.8}, "X_m = -0.8 m"),
     ],
 )
-def test_values_of_another_unit_are_noticed(model: dict[str, float], told: str) -> None:
+def test_values_of_another_unit_are_noticed(model: dict[str, float], message: str) -> None:
     (name,) = model
     (warning,) = from_mapping({"model": model}).warnings
-    assert told in str(warning)
+    assert message in str(warning)
     swept = from_mapping({"sweep": {name: [model[name], PARAMETERS[BY_SYMBOL[name]].default]}})
-    assert told in str(swept.warnings[0])
+    assert message in str(swept.warnings[0])
 
 
 @pytest.mark.parametrize(
-    ("columns", "told"),
+    ("columns", "message"),
     [
         ({"temperature": [20, 40, 60, 80, 100]}, "d.csv: T = 20 K is -253 degrees Celsius"),
         ({"temperature": [75, 85, 95]}, "d.csv: T = 75 K is -198 degrees Celsius"),
@@ -89,12 +89,12 @@ def test_values_of_another_unit_are_noticed(model: dict[str, float], told: str) 
         ({"angular_frequency": [1, 100]}, None),
     ],
 )
-def test_columns_of_data_are_judged_as_the_axes_of_a_config(
-    columns: dict[str, list[float]], told: str | None
+def test_columns_of_data_are_checked_as_the_axes_of_a_config(
+    columns: dict[str, list[float]], message: str | None
 ) -> None:
-    config = from_mapping({"model": {"k": 3000, "X_m": 1e-3}})  # what it holds itself is told of it
+    config = from_mapping({"model": {"k": 3000, "X_m": 1e-3}})  # no warning about its own values
     found = warnings_of_columns(columns, config, "d.csv")
-    assert [told] == [line[: len(told)] for line in found] if told else not found
+    assert [message] == [line[: len(message)] for line in found] if message else not found
 
 
 @pytest.mark.parametrize(
@@ -113,14 +113,14 @@ def test_unusual_values_are_not_taken_for_another_unit(model: dict[str, float]) 
     assert not from_mapping({"model": model}).warnings
 
 
-def test_the_largest_grid_of_coefficients_is_judged_at_once() -> None:
+def test_the_largest_grid_of_coefficients_is_checked_quickly() -> None:
     axis = "{linspace: [1, 2], num: 1000}"
     config = from_yaml(f"sweep: {{c: {axis}, d: {axis}, e: {axis}}}")
     assert len(config.sweep) == 3
     assert "grow without bound" in problems(f"sweep: {{c: {axis}, d: {axis}, e: [0, 1]}}")[0]
 
 
-def test_a_grid_that_is_too_large_is_not_judged_further(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_grid_that_is_too_large_gets_no_further_checks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sweeps.config.checks.MAX_POINTS", 3)
     (problem,) = problems("sweep: {d: [0, 1], e: [0, 1]}")
     assert "4 points are more than 3" in problem

@@ -1,4 +1,4 @@
-"""How the problems of a config are told: all at once, a line each, with their place."""
+"""How problems of a config are reported: all at once, a line for each, with its place."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_a_dict_that_contains_itself_is_refused() -> None:
         from_mapping(endless)
 
 
-def test_all_problems_are_told_at_once_in_the_order_of_the_lines() -> None:
+def test_all_problems_are_reported_at_once_in_the_order_of_the_lines() -> None:
     text = """\
 titel: x
 model: &m
@@ -37,7 +37,7 @@ noise: {treatment: none}
 execution: {workers: 0}
 output: 3
 """
-    told = problems(text)
+    found = problems(text)
     expected = [
         "f.yaml:1: titel: unknown key (did you mean 'title'?)",
         "f.yaml:2: model: the anchor &m",
@@ -57,8 +57,8 @@ output: 3
         "f.yaml:15: execution.workers: must be at least 1, not 0",
         "f.yaml:16: output: must be a text, not 3",
     ]
-    assert len(told) == len(expected)
-    for line, start in zip(told, expected, strict=True):
+    assert len(found) == len(expected)
+    for line, start in zip(found, expected, strict=True):
         assert line.startswith(start)
 
 
@@ -75,9 +75,9 @@ def test_a_refused_value_causes_no_further_problems() -> None:
     assert len(problems("noise: {treatment: random, seed: 3, realizations: 5}")) == 1
 
 
-def test_a_refused_value_hides_no_other_of_its_section() -> None:
-    told = problems("simulation: {periods: 0, schedule: {T: [-1], x_0: [0]}}")
-    assert [line.split(": ")[1] for line in told] == [
+def test_a_refused_value_hides_no_other_problem_of_its_section() -> None:
+    found = problems("simulation: {periods: 0, schedule: {T: [-1], x_0: [0]}}")
+    assert [line.split(": ")[1] for line in found] == [
         "simulation.periods",
         "simulation.schedule.T[0]",
         "simulation.schedule.x_0",
@@ -85,20 +85,20 @@ def test_a_refused_value_hides_no_other_of_its_section() -> None:
 
 
 def test_a_page_of_keys_is_one_problem() -> None:
-    told = problems("".join(f"key{number}: 1\n" for number in range(5000)))
-    assert told == ["f.yaml:2001: has more than 2000 keys, which no config has"]
+    found = problems("".join(f"key{number}: 1\n" for number in range(5000)))
+    assert found == ["f.yaml:2001: has more than 2000 keys, which no config has"]
 
 
-def test_of_a_page_in_a_list_the_first_thousand_words_are_told() -> None:
-    told = problems("sweep:\n  T: [" + "a,\n" * 5000 + "]")
-    assert len(told) == 1000
-    assert told[-1].startswith("f.yaml:1001: sweep.T[999]: must be a number, not 'a'")
+def test_a_page_in_a_list_gives_a_thousand_problems() -> None:
+    found = problems("sweep:\n  T: [" + "a,\n" * 5000 + "]")
+    assert len(found) == 1000
+    assert found[-1].startswith("f.yaml:1001: sweep.T[999]: must be a number, not 'a'")
 
 
-def test_one_line_for_each_problem_whatever_the_text_contains() -> None:
-    told = problems('model: {"a\\nb": 1, "\\u2028": 2, T: "x\\ny"}\n"\\r": 1')
-    assert len(told) == 4
-    assert all(len(line.splitlines()) == 1 for line in told)
+def test_each_problem_is_one_line_whatever_the_text_contains() -> None:
+    found = problems('model: {"a\\nb": 1, "\\u2028": 2, T: "x\\ny"}\n"\\r": 1')
+    assert len(found) == 4
+    assert all(len(line.splitlines()) == 1 for line in found)
 
 
 def test_the_error_survives_pickling() -> None:

@@ -1,4 +1,4 @@
-"""What a config means once it is accepted; nothing but a Config or a ConfigError gets out."""
+"""The meaning of an accepted config; reading returns a Config or raises ConfigError."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_the_order_of_the_axes_is_kept_and_counts() -> None:
     assert one.sha256() != other.sha256()
 
 
-def test_python_users_may_hand_over_arrays_and_numbers_of_numpy() -> None:
+def test_python_users_may_pass_arrays_and_numbers_of_numpy() -> None:
     axis = np.linspace(150, 320, 3)
     config = from_mapping(
         {"model": {"K": np.float64(1e3), "k": np.int64(5)}, "sweep": {"T": axis, "M": (1, 2)}}
@@ -180,7 +180,7 @@ def test_resolved_holds_all_parameters_and_nothing_of_the_execution() -> None:
     assert resolved["integrator"] == {"method": "adaptive", "rtol": 1e-6, "max_error": 1e-2}
 
 
-def test_the_hash_sees_what_defines_the_numbers_and_nothing_else() -> None:
+def test_the_hash_depends_on_what_defines_the_numbers_and_nothing_else() -> None:
     base = from_yaml(EXAMPLE)
     same = ["title=x", "output=y.nc", "execution.workers=7", "plot.figure=time_courses"]
     for override in [*same, "simulation.periods=3", "K=3000", "T_c=290"]:
@@ -198,7 +198,7 @@ def test_the_hash_stays_what_it_was() -> None:
     )
 
 
-def test_equality_looks_at_everything_but_the_warnings() -> None:
+def test_equality_ignores_only_the_warnings() -> None:
     assert from_yaml("{}") == from_yaml("model: {T: 200}")
     assert from_yaml("{}") != from_yaml("{}", overrides=["output=x"])
     assert from_yaml("{}") != from_yaml("execution: {workers: 3}")
@@ -213,12 +213,12 @@ def test_a_config_is_frozen_and_pickles() -> None:
 
 
 def read_or_refuse(read: Callable[[], Config]) -> None:
-    """Read and write a config; anything else than a ConfigError with a line each gets out."""
+    """Read and write a config; fail on anything but a ConfigError with a line for each problem."""
     try:
         read().resolved_yaml()
     except ConfigError as error:
-        lines, told = str(error).splitlines(), error.problems
-        assert len(lines) == len(told) > 0
+        lines, problems = str(error).splitlines(), error.problems
+        assert len(lines) == len(problems) > 0
 
 
 @settings(max_examples=400, deadline=None)

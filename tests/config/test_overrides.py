@@ -1,4 +1,4 @@
-"""`--set KEY=VALUE`: what it changes, and what is said of one that is refused."""
+"""`--set KEY=VALUE`: its changes, and messages about refused ones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def test_an_override_fixes_a_parameter_by_name_or_symbol() -> None:
         assert config.model == {"temperature": 250, "spring_stiffness": 100}
 
 
-def test_a_number_for_a_swept_parameter_takes_its_axis_away() -> None:
+def test_a_number_for_a_swept_parameter_removes_its_axis() -> None:
     config = from_yaml("sweep: {T: [1, 2], k: [3, 4]}", overrides=["temperature=250"])
     assert config.model == {"temperature": 250}
     assert config.sweep == {"viscosity_coefficient": (3, 4)}
@@ -28,13 +28,13 @@ def test_an_axis_replaces_an_axis_in_its_place(key: str, value: str) -> None:
     assert config.sweep["temperature"] == (7, 8)
 
 
-def test_an_axis_for_a_fixed_parameter_is_put_behind_the_others() -> None:
+def test_an_axis_for_a_fixed_parameter_comes_after_the_others() -> None:
     config = from_yaml("model: {T: 1}\nsweep: {k: [3, 4]}", overrides=["T=[7, 8]"])
     assert list(config.sweep) == ["viscosity_coefficient", "temperature"]
     assert config.model == {}
 
 
-def test_a_parameter_of_cases_is_replaced_by_a_list_only() -> None:
+def test_only_a_list_replaces_a_parameter_of_cases() -> None:
     text = "cases: {T: [1, 2], k: [3, 4]}"
     assert from_yaml(text, overrides=["T=[7, 8]"]).cases["temperature"] == (7, 8)
     assert problems(text, "T=7") == [
@@ -50,7 +50,7 @@ def test_a_case_is_picked() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "override", "told"),
+    ("text", "override", "message"),
     [
         ("cases: {T: [1, 2]}", "case=2", "case: must be 0 ... 1"),
         ("cases: {T: [1, 2]}", "case=-1", "case: must be 0 ... 1"),
@@ -77,10 +77,10 @@ def test_a_case_is_picked() -> None:
         ("{}", "title=\udcff", "contains a control character"),
     ],
 )
-def test_problems_of_an_override_name_it(text: str, override: str, told: str) -> None:
+def test_problems_of_an_override_name_it(text: str, override: str, message: str) -> None:
     (line,) = problems(text, override)
     assert line.startswith("--set ")
-    assert told in line
+    assert message in line
     assert len(line) < 400
 
 
@@ -102,6 +102,6 @@ def test_dotted_paths_reach_every_section() -> None:
     assert (whole.integrator.method, whole.integrator.dt) == ("euler-cromer", 1e-9)
 
 
-def test_problems_of_the_file_and_of_the_overrides_are_told_together() -> None:
-    told = problems("model: {K: x}", "T=-1", "foo=1")
-    assert {line.split(": ")[0] for line in told} == {"f.yaml:1", "--set T=-1", "--set foo=1"}
+def test_problems_of_the_file_and_of_the_overrides_are_reported_together() -> None:
+    found = problems("model: {K: x}", "T=-1", "foo=1")
+    assert {line.split(": ")[0] for line in found} == {"f.yaml:1", "--set T=-1", "--set foo=1"}

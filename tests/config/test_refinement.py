@@ -21,7 +21,7 @@ def test_a_config_follows_by_name_or_symbol() -> None:
         assert from_yaml(config.resolved_yaml()) == config
 
 
-def test_what_is_followed_is_part_of_the_identity_what_is_refined_is_not() -> None:
+def test_the_followed_axis_is_part_of_the_identity_and_refinement_is_not() -> None:
     plain, follow = from_yaml(NINE), from_yaml(f"{NINE}follow: T\n")
     refine = from_yaml(f"{NINE}refine: {{axes: [T], levels: 2}}\n")
     assert settings_of(plain) == settings_of(refine)
@@ -53,7 +53,7 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
 
 
 @pytest.mark.parametrize(
-    ("yaml", "said"),
+    ("yaml", "message"),
     [
         ("follow: K", "2: follow: must name a swept axis, not 'K'; the swept axes are temp"),
         ("follow: 3", "2: follow: must be a text"),
@@ -74,12 +74,12 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
         ("refine: {axes: [T], where: [0.1, 0.2]}", "takes regime and one number"),
     ],
 )
-def test_what_cannot_be_ordered_is_refused(yaml: str, said: str) -> None:
+def test_an_impossible_follow_or_refine_is_refused(yaml: str, message: str) -> None:
     (problem,) = problems(f"{NINE}{yaml}\n")
-    assert re.search(said.replace("{", r"\{"), problem), problem
+    assert re.search(message.replace("{", r"\{"), problem), problem
 
 
-def test_a_followed_axis_must_rise_and_be_no_start() -> None:
+def test_a_followed_axis_must_rise_and_be_no_initial_value() -> None:
     (problem,) = problems("sweep: {T: [300, 200]}\nfollow: T\n")
     assert "needs the values of temperature in increasing order" in problem
     (problem,) = problems("sweep: {x_0: [0, 1e-7]}\nfollow: x_0\n")

@@ -45,7 +45,7 @@ def test_the_seed_decides_and_a_longer_sequence_begins_with_the_shorter() -> Non
     assert {name: values[:8] for name, values in long.items()} == short
 
 
-def test_a_sample_is_a_set_of_cases_and_the_file_says_how_it_was_drawn() -> None:
+def test_a_sample_is_a_set_of_cases_and_the_file_describes_the_draw() -> None:
     config = from_yaml("sample: {sobol: 4, T: [150, 320]}\nsweep: {gamma: [0, 1]}\n")
     grid = Grid.from_config(config)
     assert (grid.dims, grid.shape) == (("rheological_index", "case"), (2, 4))
@@ -56,7 +56,7 @@ def test_a_sample_is_a_set_of_cases_and_the_file_says_how_it_was_drawn() -> None
 
 
 @pytest.mark.parametrize(
-    ("sample", "said"),
+    ("sample", "message"),
     [
         ("3", "sample: must be {sobol: 1024"),
         ("{sobol: 4}", "sample: needs sobol or latin_hypercube, and parameters"),
@@ -78,9 +78,9 @@ def test_a_sample_is_a_set_of_cases_and_the_file_says_how_it_was_drawn() -> None
         ("{sobol: 4, T: [-1, 2]}", "sample.T[0]: must be at least 0"),
     ],
 )
-def test_a_sample_that_cannot_be_drawn_is_refused(sample: str, said: str) -> None:
+def test_a_sample_that_cannot_be_drawn_is_refused(sample: str, message: str) -> None:
     (problem,) = problems(f"sample: {sample}\n")
-    assert problem.startswith(f"f.yaml:1: {said}")
+    assert problem.startswith(f"f.yaml:1: {message}")
 
 
 def test_drawn_and_listed_cases_exclude_each_other() -> None:
@@ -100,7 +100,7 @@ def test_values_of_a_normal_distribution_have_its_quantiles() -> None:
     assert np.abs(np.log(k / 5e4) / 0.3 - exact)[40:-40].max() < 0.02
 
 
-def test_a_distribution_with_values_that_cannot_be_is_refused() -> None:
+def test_a_distribution_with_many_invalid_values_is_refused() -> None:
     (problem,) = problems("sample: {sobol: 4, T: {normal: [10, 5]}}\n")
     assert problem.startswith(
         "f.yaml:1: sample.T: has values that temperature cannot have, with a probability of 0.02"
@@ -116,7 +116,7 @@ ERRORS = {"viscosity_coefficient": 7e3, "rheological_index": 0.02}
 
 
 def fit_file(path: Path, **changes: Any) -> Path:
-    """Write what a file of a fit says of its parameters, with changes."""
+    """Write the variables of a file of a fit that describe its parameters, with changes."""
     values = {
         "value": [*MIDDLE.values()],
         "standard_error": [*ERRORS.values()],
@@ -159,7 +159,7 @@ def test_parameters_of_a_fit_are_drawn_with_its_covariance(tmp_path: Path) -> No
     assert from_yaml(config.resolved_yaml()).cases == config.cases
 
 
-def test_draws_that_cannot_be_are_left_out_and_counted(tmp_path: Path) -> None:
+def test_invalid_draws_are_left_out_and_counted(tmp_path: Path) -> None:
     fit_file(tmp_path / "fit.nc", standard_error=[7e3, 0.14])
     config = load_sample(tmp_path, "{sobol: 8192, from: fit.nc}")
     left = 8192 - len(config.cases["rheological_index"])
@@ -171,7 +171,7 @@ def test_draws_that_cannot_be_are_left_out_and_counted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "sample", "said"),
+    ("changes", "sample", "message"),
     [
         ({}, "{sobol: 4, from: none.nc}", "names none.nc, which cannot be read: No such file"),
         ({}, "{sobol: 4, from: f.yaml}", "names f.yaml, which cannot be read: "),
@@ -199,15 +199,15 @@ def test_draws_that_cannot_be_are_left_out_and_counted(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_is_wrong_with_the_file_of_a_fit_is_said(
-    tmp_path: Path, changes: dict[str, Any], sample: str, said: str
+def test_mistakes_in_the_file_of_a_fit_are_reported(
+    tmp_path: Path, changes: dict[str, Any], sample: str, message: str
 ) -> None:
     fit_file(tmp_path / "fit.nc", **changes)
     with pytest.raises(ConfigError) as refused:
         load_sample(tmp_path, sample)
     (problem,) = refused.value.problems
     assert (problem.line, problem.key.partition(".")[0]) == (1, "sample")
-    assert said in problem.message
+    assert message in problem.message
 
 
 def test_a_result_that_is_no_fit_gives_no_parameters(tmp_path: Path) -> None:

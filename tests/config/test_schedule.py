@@ -44,7 +44,7 @@ def test_a_wrong_schedule_is_refused(schedule: object, config: dict, message: st
         from_mapping(scheduled(schedule, **config))
 
 
-def test_a_value_under_model_is_that_of_a_sweep() -> None:
+def test_a_value_under_model_applies_to_a_sweep() -> None:
     config = from_mapping(scheduled({"T": [200, 300]}, model={"T": 250}))
     assert config.parameters().temperature == 250.0
     assert "applies to this run" in config.warnings[0]

@@ -1,4 +1,4 @@
-"""The sections of a config: defaults, and which options of the integrators they are."""
+"""The sections of a config: their keys agree with the options of the integrators."""
 
 from __future__ import annotations
 
@@ -66,12 +66,12 @@ def test_a_stochastic_film_has_a_shorter_window_unless_one_is_given() -> None:
     assert from_mapping({"noise": STOCHASTIC}).stationary.window == 32
     given = {"stationary": {"window": 200}, "noise": STOCHASTIC}
     assert from_mapping(given).stationary.window == 200
-    # Both of these windows make numbers of their own.
+    # The two windows give different numbers.
     settings = [settings_of(from_mapping(part)) for part in (given, {"noise": STOCHASTIC})]
     assert settings[0] != settings[1]
 
 
-def test_what_a_stochastic_film_is_made_of_is_resolved_and_part_of_its_identity() -> None:
+def test_the_ensemble_of_a_stochastic_film_is_resolved_and_part_of_its_identity() -> None:
     config = from_mapping({"noise": STOCHASTIC})
     assert config.resolved()["noise"] == STOCHASTIC | {"seed": 1, "realizations": 64}
     assert from_yaml(config.resolved_yaml()) == config

@@ -1,4 +1,4 @@
-"""Files that cannot be read as YAML: each ends in readable lines."""
+"""Files that cannot be read as YAML give readable messages."""
 
 from __future__ import annotations
 
@@ -9,17 +9,10 @@ import pytest
 from sweeps.config.load import ConfigError, load
 
 
-@pytest.mark.parametrize("name", ["", "nothing.yaml", "nul\0byte.yaml", "x" * 5000 + ".yaml"])
-def test_a_file_that_cannot_be_read_is_told(tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize("name", ["", "x" * 5000 + ".yaml"])
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(ConfigError, match="cannot be read"):
         load(tmp_path / name)
-
-
-def test_a_fifo_is_refused_instead_of_waited_for(tmp_path: Path) -> None:
-    os = pytest.importorskip("os")
-    os.mkfifo(tmp_path / "fifo.yaml")
-    with pytest.raises(ConfigError, match="not a regular file"):
-        load(tmp_path / "fifo.yaml")
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Fits: minima, errors, what is not determined, chaos, jumps; mostly of a model made for it."""
+"""Fits: minima, errors, undetermined parameters, chaos and jumps, mostly with a simple model."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ JUMP = 235.0
 
 
 def made_rows(rows: Floats, _: Options, *_others: Any) -> Floats:
-    """Result rows of a model of few operations: F is a sum of powers, with a jump of a third.
+    """Return result rows of a simple model: F is a sum of powers, with a jump of a third.
 
-    T_c changes it by 2 % on the whole, near 290 K. Beyond k = 2e5 the motion is chaotic at 160 K,
-    and below k = 1e3 there is none.
+    T_c changes F by 2 % in total, near 290 K. Above k = 2e5 the motion at 160 K is chaotic, and
+    below k = 1e3 there is no orbit.
     """
     column = dict(zip(Parameters._fields, rows.T, strict=True))
     k, gamma, temperature = (
@@ -90,8 +90,12 @@ def slopes_at(model: Model, trial: Trial) -> tuple[Floats, NDArray[np.bool_]]:
 TRUE = {"viscosity_coefficient": 7e4, "rheological_index": -0.55}
 
 
+def search_for(free: Any, table: dict[str, Any], **model: float) -> Search:
+    return Search(model_of(read_data(table), free, from_mapping({"model": model})))
+
+
 def searched(table: dict[str, Any], free: Any = ("k", "gamma"), **model: float) -> Any:
-    search = Search(model_of(read_data(table), free, from_mapping({"model": model})))
+    search = search_for(free, table, **model)
     found = search.run()
     return found, widened(search, found, statistics_of(found))[0]
 
@@ -109,7 +113,7 @@ def test_the_minimum_does_not_depend_on_the_start(made: None, k: float, gamma: f
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say(made: None) -> None:
-    """And with fewer than 90 or more than 99 % they would be dishonest."""
+    """With fewer than 90 or more than 99 % they would be dishonest."""
     held = []
     true, exact = np.array([math.log(7e4), -0.55]), forces(**TRUE)
     for seed in range(40):
@@ -126,8 +130,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say(made: None) -> None:
 def test_a_fit_that_runs_out_of_evaluations_keeps_its_best_trial(
     made: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A slope leads over the edge of a jump, and the last trial is there."""
-    model = model_of(read_data({"T": T, "F_max": forces(**TRUE)}), "k", from_mapping({}))
+    """A slope points over the edge of a jump, where the last trial lies."""
+    search = search_for("k", {"T": T, "F_max": forces(**TRUE)})
     start = np.array([math.log(7e4)])
 
     def chi2(place: Floats) -> float:
@@ -135,21 +139,19 @@ def test_a_fit_that_runs_out_of_evaluations_keeps_its_best_trial(
         return 10.0 * (1.0 - off) ** 2 if off < 1e-3 else 1e3
 
     slopes, at_jump = np.full((10, 1), -1.0), np.zeros(10, dtype=bool)
-    search = Search(model)
     monkeypatch.setattr(
         Model, "trials", lambda _self, places, *_: [_trial(place, chi2(place)) for place in places]
     )
-    begin = Fit(model, _trial(start, chi2(start)), slopes, at_jump)
+    begin = Fit(search.model, _trial(start, chi2(start)), slopes, at_jump)
     (found,) = search.side_by_side([minimum(begin, 5)])
     assert found.trial.chi2 <= 10.0
     assert search.seen[-1].chi2 == 1e3
 
 
-def test_what_several_calculations_ask_for_is_one_call_until_they_end(
+def test_the_questions_of_several_calculations_are_one_call_until_they_end(
     made: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    model = model_of(read_data({"T": T, "F_max": forces(**TRUE)}), "k", from_mapping({}))
-    search = Search(model)
+    search = search_for("k", {"T": T, "F_max": forces(**TRUE)})
     calls: list[int] = []
 
     def counted(rows: Floats, *others: Any) -> Floats:
@@ -176,9 +178,8 @@ def test_what_several_calculations_ask_for_is_one_call_until_they_end(
 
 
 def test_steps_of_a_fit_end_at_the_bounds(made: None) -> None:
-    """A parameter stops at its bound, and the others are found there."""
-    table = {"T": T, "F_max": forces(**TRUE)}
-    search = Search(model_of(read_data(table), {"k": (1e5, 1e6), "gamma": None}, from_mapping({})))
+    """A parameter stops at its bound, and the others reach their minimum there."""
+    search = search_for({"k": (1e5, 1e6), "gamma": None}, {"T": T, "F_max": forces(**TRUE)})
     found = search.run()
     assert found.trial.u[0] == search.model.bounds[0][0]
     along = found.slopes[:, 1] @ found.trial.residuals
@@ -187,19 +188,18 @@ def test_steps_of_a_fit_end_at_the_bounds(made: None) -> None:
     )
 
 
-def test_a_parameter_that_changes_nothing_is_named(made: None) -> None:
+def test_a_parameter_without_effect_is_undetermined(made: None) -> None:
     found, known = searched({"T": T, "F_max": forces(**TRUE)}, ["k", "K"], gamma=-0.55)
     assert known.determination.tolist() == [Determination.DETERMINED, Determination.UNDETERMINED]
     assert math.isnan(known.errors[1])
     assert found.trial.u[0] == pytest.approx(math.log(7e4), abs=1e-6)
 
 
-def test_an_interval_reaches_over_all_that_fits(made: None) -> None:
-    """The slope of 2 % within 6 K tells T_c to 1 %; but a step of 2 % says nothing against 5 %."""
+def test_an_interval_includes_all_trials_that_fit(made: None) -> None:
+    """A slope of 2 % in 6 K determines T_c to 1 %, but a step of 2 % is lost in errors of 5 %."""
     exact = forces(**TRUE)
     table = {"T": T, "F_max": exact, "F_max_error": 0.05 * exact}
-    model = model_of(read_data(table), "T_c", from_mapping({"model": TRUE | {"T_c": 290}}))
-    search = Search(model)
+    search = search_for("T_c", table, **TRUE, T_c=290)
     found = search.run()
     by_slope = statistics_of(found)
     assert by_slope.determination.tolist() == [Determination.DETERMINED]
@@ -209,12 +209,11 @@ def test_an_interval_reaches_over_all_that_fits(made: None) -> None:
 
 
 def test_a_profile_ends_where_chi2_has_risen_and_has_no_end_out_of_bounds(made: None) -> None:
-    """On a grid of the other parameter chi2 is least by the rise that the level asks for."""
+    """The least chi2 over a grid of the other parameter has risen as the level requires."""
     exact = forces(**TRUE)
     table = {"T": T, "F_max": exact * (1.0 + 0.02 * (-1.0) ** np.arange(10))}
     table["F_max_error"] = 0.01 * exact
-    free = {"k": (5e4, 7.2e4), "gamma": None}
-    search = Search(model_of(read_data(table), free, from_mapping({})))
+    search = search_for({"k": (5e4, 7.2e4), "gamma": None}, table)
     found = search.run()
     known = statistics_of(found)
     low, high = profile_intervals(search, found, known)[0]
@@ -227,7 +226,7 @@ def test_a_profile_ends_where_chi2_has_risen_and_has_no_end_out_of_bounds(made: 
     assert rise == pytest.approx(goal, rel=0.03)
 
 
-def test_a_parameter_at_its_bound_is_named(made: None) -> None:
+def test_a_parameter_at_its_bound_is_marked(made: None) -> None:
     noise = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(10)
     table = {"T": T, "F_max": forces(**TRUE) * noise}
     found, known = searched(table, {"k": (1e5, 1e6), "gamma": None})
@@ -237,7 +236,7 @@ def test_a_parameter_at_its_bound_is_named(made: None) -> None:
 
 def test_trials_without_an_orbit_are_finite_and_chaos_has_its_error(made: None) -> None:
     table = {"T": T, "F_max": forces(**TRUE), "F_max_error": 1e-5 * np.ones(10)}
-    model = model_of(read_data(table), "k", from_mapping({}))
+    model = search_for("k", table).model
     none, chaotic, good = model.trials(np.log([[500.0], [4e5], [7e4 * 1.01]]), PATIENCE)
     assert np.isfinite(none.residuals).all()
     assert np.isnan(none.fitted).all()
@@ -253,15 +252,23 @@ def test_trials_without_an_orbit_are_finite_and_chaos_has_its_error(made: None) 
     assert slopes[0] == 0.0
 
 
-def test_a_trial_without_a_value_is_not_compared_with_one_that_has_all(made: None) -> None:
-    """Else a trial could gain by motions that do not settle: all others fit here."""
-    exact = forces(**TRUE)
-    model = model_of(read_data({"T": T, "F_max": exact}), "k", from_mapping({"model": TRUE}))
+def test_a_trial_without_a_value_costs_more_than_one_that_has_all(
+    made: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Otherwise a trial could gain by motions that do not settle; all other data fit here."""
+    model = search_for("k", {"T": T, "F_max": forces(**TRUE)}, **TRUE).model
     trial, poor = model.trials(np.log([[7e4], [1e5]]), PATIENCE)
     assert trial.chi2 < 1e-20
-    results = trial.results.copy()
-    results[3] = failed_row(Status.NOT_STATIONARY)
-    lost = model._trial(trial.u, results)
+
+    def rows_but_one(rows: Floats, *others: Any) -> Floats:
+        results = made_rows(rows, *others)
+        results[rows[:, Parameters._fields.index("temperature")] == T[3]] = failed_row(
+            Status.NOT_STATIONARY
+        )
+        return results
+
+    monkeypatch.setattr(trials, "orbit_rows", rows_but_one)
+    (lost,) = model.trials(trial.u[None], PATIENCE)
     assert not lost.is_whole
     assert lost.chi2 < 1e-20  # of the others
     assert trial.cost < poor.cost < lost.cost
@@ -270,11 +277,11 @@ def test_a_trial_without_a_value_is_not_compared_with_one_that_has_all(made: Non
     assert statistics.left_out.sum() == 9
 
 
-LATE = 1000  # periods after which the orbit at the first temperature is found, where it is late
+LATE = 1000  # periods that a late orbit takes
 
 
 def late_rows(value: float) -> Callable[..., Floats]:
-    """Return rows of the made model that have, below k = 3e4 at 160 K, a late orbit of a force."""
+    """Return the simple model with a late orbit, of this force, at 160 K and below k = 3e4."""
 
     def rows_of(rows: Floats, options: Options, *_: Any) -> Floats:
         results = made_rows(rows, options)
@@ -289,11 +296,10 @@ def late_rows(value: float) -> Callable[..., Floats]:
 
 
 def test_no_trial_wins_by_what_it_does_not_compute(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All forces but one fit at k = 2e4, where the orbit of that one takes long, and is far off."""
+    """At k = 2e4 all forces fit but one, whose orbit takes long and is far off."""
     exact = forces(viscosity_coefficient=2e4, rheological_index=-0.55)
     monkeypatch.setattr(trials, "orbit_rows", late_rows(10.0 * exact[0]))
-    config = from_mapping({"model": {"gamma": -0.55}})
-    search = Search(model_of(read_data({"T": T, "F_max": exact}), "k", config))
+    search = search_for("k", {"T": T, "F_max": exact}, gamma=-0.55)
     found = search.run().trial
     assert found.is_whole
     assert found.u[0] >= math.log(3e4) - 1e-9
@@ -305,24 +311,20 @@ def test_no_trial_wins_by_what_it_does_not_compute(monkeypatch: pytest.MonkeyPat
 def test_a_minimum_that_takes_long_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     exact = forces(viscosity_coefficient=2e4, rheological_index=-0.55)
     monkeypatch.setattr(trials, "orbit_rows", late_rows(exact[0]))
-    config = from_mapping({"model": {"gamma": -0.55}})
-    search = Search(model_of(read_data({"T": T, "F_max": exact}), "k", config))
+    search = search_for("k", {"T": T, "F_max": exact}, gamma=-0.55)
     found = search.run()
     assert found.trial.is_whole
     assert found.trial.u[0] == pytest.approx(math.log(2e4), abs=1e-6)
-    assert search.budget is not None  # no more than it took: a thousand periods, of five thousand
+    assert search.budget is not None  # the thousand periods that it took, not the full budget
     assert search.budget.periods >= LATE
-    assert not found.at_jump.any()  # derivatives are computed within that budget too
+    assert not found.at_jump.any()  # derivatives have the same budget
 
 
-def test_what_is_completed_stays_in_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Trials that lack a value and are computed again are those of the places asked for."""
-
+def test_completed_trials_keep_their_places(monkeypatch: pytest.MonkeyPatch) -> None:
     exact = forces(viscosity_coefficient=2e4, rheological_index=-0.55)
     monkeypatch.setattr(trials, "orbit_rows", late_rows(exact[0]))
     monkeypatch.setattr(f"{__name__}.LATE", PATIENCE.periods)
-    config = from_mapping({"model": {"gamma": -0.55}})
-    search = Search(model_of(read_data({"T": T, "F_max": exact}), "k", config))
+    search = search_for("k", {"T": T, "F_max": exact}, gamma=-0.55)
     places = np.log([[1e5], [1.5e4], [2.5e4], [2.1e4]])
     found = search.glance(places)
     assert [trial.u[0] for trial in found] == places[:, 0].tolist()
@@ -332,7 +334,7 @@ def test_what_is_completed_stays_in_its_place(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.stress
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_chi2_is_that_of_the_orbits_of_the_reported_parameters(seed: int) -> None:
-    """Data that no parameters describe lead to where orbits are late, or chaotic."""
+    """Data that no parameters describe are fitted best where orbits are late or chaotic."""
     rng = np.random.default_rng(seed)
     temperature = np.sort(rng.uniform(150.0, 310.0, 4))
     force = rng.uniform(1.5e-3, 6e-3, 4)
@@ -341,11 +343,11 @@ def test_chi2_is_that_of_the_orbits_of_the_reported_parameters(seed: int) -> Non
 
 @pytest.mark.stress
 def test_chi2_of_films_that_freeze_far_below_their_temperature() -> None:
-    """With the budget of trials alone, one datum was lost, and chi2 was a tenth of the true one."""
+    """With only the budget of trials one datum was lost, and chi2 was a tenth of the true value."""
     chi2 = _require_its_own_chi2(
         np.array([60.0, 80.0, 100.0]), np.array([0.0046662, 0.0034764, 0.0025126])
     )
-    assert chi2 < 0.1009  # that of k = 1.76e5 and gamma = -0.95, where all three have a value
+    assert chi2 < 0.1009  # chi2 at k = 1.76e5 and gamma = -0.95, where all three have a value
 
 
 def _require_its_own_chi2(temperature: Floats, force: Floats) -> float:
@@ -366,7 +368,7 @@ EDGE = 7.3e4
 
 
 def edged_rows(rows: Floats, options: Options, *_: Any) -> Floats:
-    """Return rows of the made model whose force at 160 K falls towards a jump like a logarithm."""
+    """Return rows of the simple model, but at 160 K F falls towards a jump like a logarithm."""
     results = made_rows(rows, options)
     column = dict(zip(Parameters._fields, rows.T, strict=True))
     below, cold = column["viscosity_coefficient"] < EDGE, column["temperature"] < 165.0
@@ -382,13 +384,12 @@ def edged_rows(rows: Floats, options: Options, *_: Any) -> Floats:
 def test_an_interval_does_not_end_at_the_jump_that_a_single_datum_chose(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """All other forces say 6.6e4 within some percent; that at 160 K is met 1e-4 from the jump."""
+    """All other forces give 6.6e4 to a few percent; the one at 160 K fits 1e-4 from the jump."""
     exact = forces(viscosity_coefficient=6.6e4, rheological_index=-0.55)
     force = np.where(T < 165.0, 0.84 * forces(**TRUE), exact)
     table = {"T": T, "F_max": force, "F_max_error": 0.02 * exact}
     monkeypatch.setattr(trials, "orbit_rows", edged_rows)
-    config = from_mapping({"model": {"gamma": -0.55}})
-    search = Search(model_of(read_data(table), "k", config))
+    search = search_for("k", table, gamma=-0.55)
     found, known = best_of(search)
     assert found.at_jump.tolist() == [True] + [False] * 9
     assert found.trial.u[0] == pytest.approx(math.log(EDGE), abs=2e-3)
@@ -399,28 +400,27 @@ def test_an_interval_does_not_end_at_the_jump_that_a_single_datum_chose(
     assert known.jumps[0]
 
 
-def test_an_interval_reaches_over_all_basins_that_may_be_true(made: None) -> None:
-    """A force at a jump that moves with k, measured between its two values."""
+def test_an_interval_includes_all_basins_that_may_be_true(made: None) -> None:
+    """A force is measured between its two values at a jump, whose place depends on k."""
     at = np.array([*T.tolist(), 235.2])
     rows = np.array([Parameters(temperature=each, **TRUE) for each in at.tolist()])
     force = made_rows(rows, Options())[:, RESULT_COLUMNS.index("friction_force_amplitude")]
     error = np.where(at == 235.2, 0.3, 0.05) * force
     force[-1] *= 1.2
     table = {"T": at, "F_max": force, "F_max_error": error}
-    config = from_mapping({"model": {"gamma": -0.55}})
-    search = Search(model_of(read_data(table), "k", config))
+    search = search_for("k", table, gamma=-0.55)
     _, known = best_of(search)
     low, high = np.exp(known.intervals[0])
     assert low < 7e4 * 0.99 < 7e4 * (235.2 / JUMP) ** 50 * 1.01 < high  # the jump lies between
     assert known.jumps.tolist() == [False] * 10 + [True]
 
 
-def test_trials_are_drawn_with_their_likelihood(made: None) -> None:
-    """Of a model without jumps near by they have the mean and the width of its parabola."""
+def test_trials_are_drawn_by_likelihood(made: None) -> None:
+    """Without jumps nearby, trials have the mean and the width of the parabola of chi2."""
     exact = forces(**TRUE)
     table = {"T": T, "F_max": exact * (1.0 + 0.02 * (-1.0) ** np.arange(10))}
     table["F_max_error"] = 0.02 * exact
-    search = Search(model_of(read_data(table), ["k", "gamma"], from_mapping({})))
+    search = search_for(["k", "gamma"], table)
     found = search.run()
     known = statistics_of(found)
     draws = np.array([draw.u for draw in drawn(search, found, known)])
@@ -429,13 +429,13 @@ def test_trials_are_drawn_with_their_likelihood(made: None) -> None:
 
 
 def test_a_plateau_may_hold_the_truth_that_a_narrow_minimum_misses(made: None) -> None:
-    """Ten forces without a trend: a jump by chance between two of them fits them better."""
+    """Ten forces have no trend, but a jump between two of them happens to fit better."""
     table = {"T": T, "F_max": np.where(T < JUMP, 1.02, 0.99) * 2e-3}
     table["F_max_error"] = 0.02 * table["F_max"]
-    model = model_of(read_data(table), "k", from_mapping({"model": TRUE}))
+    model = search_for("k", table, **TRUE).model
 
     def shares(fits: float) -> int:
-        """Return how many trials are as probable as a minimum 0.01 wide in a box of 6.8."""
+        """Return the number of trials as probable as a minimum 0.01 wide in a box of 6.8."""
         at, errors = np.array([math.log(7e4)]), np.array([0.01])
         none = np.zeros((10, 1))
         best = Fit(model, _trial(at, 5.0), none, none[:, 0] > 0)
@@ -457,7 +457,7 @@ def _trial(u: Floats, chi2: float) -> Trial:
 @pytest.mark.stress
 @pytest.mark.parametrize(("gamma", "h"), [(-0.5412, 2.356e-9), (-0.4, 5e-10)])
 def test_the_best_minimum_lies_in_a_narrow_band_between_jumps(gamma: float, h: float) -> None:
-    """The jumps are jagged, and minima in other bands fit the 14 forces to 0.6 %."""
+    """Minima in other bands between the irregular jumps fit the 14 forces to 0.6 %."""
     machine = {"T": 230.15427, "k": 27601.393, "omega": 14.081479, "T_c": 290.35513}
     truth = {"gamma": -0.2506332, "h": 9.367029e-10}
     stiffness = np.linspace(1446.2244, 2191.9357, 14)
@@ -468,12 +468,11 @@ def test_the_best_minimum_lies_in_a_narrow_band_between_jumps(gamma: float, h: f
 
 
 def test_a_derivative_stays_on_its_side_of_a_jump(made: None) -> None:
-    near = {"T": [JUMP - 1e-4, 200.0], "F_max": [2e-3, 2e-3]}
-    model = model_of(read_data(near), "k", from_mapping({}))
+    model = search_for("k", {"T": [JUMP - 1e-4, 200.0], "F_max": [2e-3, 2e-3]}).model
     (trial,) = model.trials(np.array([[math.log(7e4)]]), PATIENCE)
     slopes, at_jump = slopes_at(model, trial)
     assert at_jump.tolist() == [True, False]
-    assert slopes[0, 0] == pytest.approx(slopes[1, 0], rel=0.5)  # a jump: 1000 times
+    assert slopes[0, 0] == pytest.approx(slopes[1, 0], rel=0.5)  # 1000 times larger at a jump
 
 
 @pytest.mark.parametrize(("rows", "relative"), [(1, True), (2, True), (2, False)])
@@ -486,18 +485,20 @@ def test_as_few_data_as_parameters_have_no_intervals(made: None, rows: int, rela
 
 
 @pytest.mark.parametrize(
-    ("config", "said"),
+    ("config", "message"),
     [
         ({"sweep": {"T": [200, 250]}}, "the config has axes, temperature"),
         ({"noise": {"treatment": "stochastic"}}, "a mean of random paths cannot be fitted"),
     ],
 )
-def test_configs_that_cannot_be_fitted(config: dict[str, Any], said: str) -> None:
-    with pytest.raises(ExpectedError, match=said):
+def test_configs_that_cannot_be_fitted(config: dict[str, Any], message: str) -> None:
+    with pytest.raises(ExpectedError, match=message):
         sweeps.fit({"T": [200.0], "F_max": [3e-3]}, "k", config)
 
 
-def test_without_uncertainties_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_uncertainties_the_message_names_the_package(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     with pytest.raises(ExpectedError, match=r"pip install 'stickslip\[fit\]'"):
         sweeps.fit({"T": [200.0], "F_max": [3e-3]}, "k")
@@ -521,7 +522,7 @@ def test_three_parameters_of_two_variables_at_three_frequencies() -> None:
 
 
 @pytest.mark.stress
-def test_an_interval_over_many_decades_is_told_in_words() -> None:
+def test_an_interval_over_many_decades_is_given_in_words() -> None:
     table = {"T": [200.0, 240.0], "F_max": [2.8e-3, 1.6e-3]}
     ds = sweeps.fit(table, "k")
     summary = ds.stickslip.summary()
@@ -531,6 +532,6 @@ def test_an_interval_over_many_decades_is_told_in_words() -> None:
     assert "95 %: any value, over more than 6 decades" in ds.stickslip.summary()
 
 
-def test_what_is_no_fit_has_no_summary() -> None:
+def test_only_a_fit_has_a_summary() -> None:
     with pytest.raises(sweeps.FitError, match="this is no fit"):
         sweeps.run({}).stickslip.summary()

@@ -1,4 +1,4 @@
-"""Free parameters: their scales and bounds, and which cannot be free."""
+"""Free parameters: scales, bounds, and parameters that cannot be free."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_scales_and_bounds() -> None:
     assert not gamma.is_valid(-1.0)
 
 
-def test_a_range_is_kept_to() -> None:
+def test_trials_stay_in_a_given_range() -> None:
     k, phi = free_parameters({"k": (1e5, 1e6), "phi_0": (0.0, 2.0)}, START, [])
     assert k.box == pytest.approx((math.log(1e5), math.log(1e6)))
     assert (k.lower, k.upper) == k.box
@@ -39,7 +39,7 @@ def test_a_range_is_kept_to() -> None:
 
 
 @pytest.mark.parametrize(
-    ("free", "columns", "said"),
+    ("free", "columns", "message"),
     [
         ("gama", [], "did you mean 'gamma'?"),
         ("T", ["temperature"], "temperature is free, and a column of the data"),
@@ -51,13 +51,15 @@ def test_a_range_is_kept_to() -> None:
         ({"gamma": (-1.0, 0.0)}, [], "the range of rheological_index: must be greater than -1"),
     ],
 )
-def test_what_cannot_be_free(free: object, columns: list[str], said: str | None) -> None:
-    if said is None:
+def test_parameters_that_cannot_be_free(
+    free: object, columns: list[str], message: str | None
+) -> None:
+    if message is None:
         assert free_parameters(free, START, columns)
         return
     with pytest.raises(FreeError) as raised:
         free_parameters(free, START, columns)
-    assert said in str(raised.value)
+    assert message in str(raised.value)
 
 
 def test_a_logarithm_needs_a_start() -> None:

@@ -1,4 +1,4 @@
-"""Posteriors: what is drawn is what is probable, or it is said that it is not."""
+"""Posteriors: draws follow the probability, or the result says that they do not."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Hills:
 
 
 def drawn_from(model: Hills, priors: dict[str, Distribution] | None = None) -> posterior.Posterior:
-    """The posterior of a model with its minimum at 0, from walkers that begin around it."""
+    """Return the posterior of a model with its minimum at 0, from walkers around it."""
     search = Search(cast("Any", model))
     fit = Fit(cast("Any", model), model.trial(np.zeros(2)), np.eye(2), np.zeros(2, dtype=bool))
     known = Statistics(
@@ -98,7 +98,7 @@ def test_a_normal_distribution_is_drawn() -> None:
 
 
 def test_a_prior_counts_as_much_as_a_datum() -> None:
-    """A datum of 0 +- 1 and a prior of 2 +- 1 make 1 +- 0.71; a range leaves what lies in it."""
+    """A datum of 0 +- 1 and a prior of 2 +- 1 give 1 +- 0.71; a range cuts off the rest."""
     priors = {
         "rheological_index": distribution("normal", 2.0, 1.0),
         "initial_displacement": distribution("uniform", 0.5, 30.0),
@@ -112,7 +112,7 @@ def test_a_prior_counts_as_much_as_a_datum() -> None:
 
 
 def test_basins_have_their_weights() -> None:
-    """A vector between two walkers leads from the one to the other, which is twice as wide."""
+    """A vector between two walkers connects two basins, one twice as wide as the other."""
 
     def basins(u: Floats) -> float:
         near = ((u[0] + 8.0) / 1.0) ** 2 + u[1] ** 2
@@ -124,7 +124,7 @@ def test_basins_have_their_weights() -> None:
     assert np.mean(found.places[..., 0] > 0.0) == pytest.approx(2 / 3, abs=0.05)
 
 
-def test_weights_that_do_not_settle_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_weights_that_do_not_settle_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(posterior, "MOST_STEPS", 200)
     monkeypatch.setattr(posterior, "WHOLE", 0.0)
 
@@ -144,7 +144,7 @@ def test_trials_without_a_value_are_counted_and_many_are_refused() -> None:
         drawn_from(Hills(plane, lacking=lambda u: bool(u[0] > 1.0)))
 
 
-def test_r_hat_tells_walkers_that_agree_from_others() -> None:
+def test_r_hat_is_1_only_if_walkers_agree() -> None:
     rng = np.random.default_rng(1)
     alike = rng.standard_normal((400, 8))
     assert posterior._r_hat(alike) == pytest.approx(1.0, abs=0.01)
@@ -153,7 +153,7 @@ def test_r_hat_tells_walkers_that_agree_from_others() -> None:
 
 
 @pytest.mark.parametrize(
-    ("priors", "said"),
+    ("priors", "message"),
     [
         ({"K": [1e3, 2e3]}, "a prior of K, which is not free; the free parameters are rheo"),
         ({"gamma": {"normal": [-0.5]}}, r"the prior of rheological_index: must be \[low, high\]"),
@@ -161,8 +161,8 @@ def test_r_hat_tells_walkers_that_agree_from_others() -> None:
         ({"gamma": [-0.5, 0.5], "rheological_index": [0, 1]}, "two priors of rheological_index"),
     ],
 )
-def test_priors_that_are_none_are_refused(priors: dict[str, Any], said: str) -> None:
-    with pytest.raises(FreeError, match=said):
+def test_wrong_priors_are_refused(priors: dict[str, Any], message: str) -> None:
+    with pytest.raises(FreeError, match=message):
         priors_of(priors, FREE)
 
 
@@ -170,7 +170,7 @@ def test_priors_that_are_none_are_refused(priors: dict[str, Any], said: str) -> 
 
 
 def reference(seed: int, rtol: float, count: int) -> Search:
-    """The search for k and gamma of so many forces with noise of 1 %."""
+    """Return a search for k and gamma in `count` forces with noise of 1 %."""
     T = np.linspace(160.0, 310.0, count)
     force = stationary_orbits({"T": T, "k": 7e4, "gamma": -0.55}).friction_force_amplitude.values
     noisy = force * (1.0 + 0.01 * np.random.default_rng(seed).standard_normal(count))
@@ -194,7 +194,7 @@ def test_quantiles_are_those_of_a_grid_of_chi2(monkeypatch: pytest.MonkeyPatch) 
 
 
 def by_a_grid(search: Search, fit: Fit, known: Statistics, number: int) -> Floats:
-    """The quantiles of one of two parameters: at each of its values the other is summed over."""
+    """Return the quantiles of one of two parameters, after a sum over the other."""
     along, across = np.linspace(-5.0, 5.0, 61), np.linspace(-5.0, 5.0, 41)
     order = [number, 1 - number]
     covariance = known.correlations * np.outer(known.errors, known.errors)
@@ -210,8 +210,8 @@ def by_a_grid(search: Search, fit: Fit, known: Statistics, number: int) -> Float
 
 @pytest.mark.stress
 def test_intervals_hold_the_truth_as_often_as_they_say(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 30 sets: 68 % intervals hold it in 50 to 85 %, those of 95 % in 87 to 100 %."""
-    # Some hundred independent draws: what 30 sets show of a coverage is coarser.
+    """In 30 sets, 68 % intervals hold it in 50 to 85 %, and 95 % intervals in 87 to 100 %."""
+    # A few hundred independent draws are enough, since 30 sets show the coverage only roughly.
     monkeypatch.setattr(posterior, "WALKERS", 32)
     monkeypatch.setattr(posterior, "LONG", 10.0)
     truth, held = np.array([math.log(7e4), -0.55]), []
