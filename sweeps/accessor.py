@@ -215,8 +215,8 @@ class StickslipAccessor:
             `<axis>_bracket`, the width of the last bracket. Left and right are seen by someone who
             walks along the line while the first axis points right and the second up. On a single
             axis left is below. A border is a fold if a multiplier lies within 0.2 of 1: an orbit is
-            then about to lose its stability, though it may end otherwise. Folds are told from
-            grazing only with an accuracy of 1e-5 or better and an `rtol` of 1e-6.
+            then about to lose its stability, though it may end otherwise. To distinguish folds from
+            grazing, use an accuracy of 1e-5 or better and an `rtol` of 1e-6.
 
             Points without a result make no borders. A bisection ends early, with a wide bracket, at
             a point without a result, and, below a thousandth of the axis, at a point that has not
@@ -234,7 +234,7 @@ class StickslipAccessor:
         return boundaries(self._ds, accuracy, kind, workers=workers)
 
     def summary(self) -> str:
-        """Return the summary of a fit that `stickslip fit` prints.
+        """Return the summary of a fit, as printed by `stickslip fit`.
 
         >>> ds = fit({"T": [160, 200, 240], "F_max": [4.67e-3, 3.25e-3, 2.38e-3]}, "k")
         >>> print(ds.stickslip.summary())

@@ -50,9 +50,7 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
             "traces.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
         ),
         "phase_portraits": FigureEntry(
-            "traces.phase_portraits",
-            "trajectory",
-            ("lower_displacement", "lower_velocity"),
+            "traces.phase_portraits", "trajectory", ("lower_displacement", "lower_velocity")
         ),
         "force_loops": FigureEntry(
             "traces.force_loops", "trajectory", ("upper_displacement", "friction_force")

@@ -28,7 +28,7 @@ class Fitted(NamedTuple):
     sha256: str
 
     def __str__(self) -> str:
-        """Return what determines the draws, for the result file: mean and covariance."""
+        """Return the mean and the covariance of the draws as text for the result file."""
         joint = self.joint
         names = ", ".join(
             f"ln {name}" if is_log else name

@@ -86,7 +86,7 @@ def shortened(text: str) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return ` (did you mean 'temperature'?)` if a known name is close to `name`, else ``."""
+    """Return ` (did you mean 'temperature'?)` with a known name close to `name`, if any."""
     names = {candidate.lower(): candidate for candidate in known}
     written = name[:_LONGEST_NAME].lower()
     begun = [candidate for candidate in names if len(written) > 2 and candidate.startswith(written)]

@@ -141,7 +141,7 @@ def _defaults() -> Settings:
 
 
 def near_duplicates(old: Grid, new: Grid) -> list[str]:
-    """Return pairs of values, old and new, that differ only by rounding, so that points differ."""
+    """Return pairs of old and new values that differ only by rounding but make other points."""
     pairs = []
     for name in (*new.fixed, *new.coords):
         if (name not in old.fixed and name not in old.coords) or name not in PARAMETERS:

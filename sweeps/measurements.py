@@ -172,7 +172,7 @@ def _unknown(name: str) -> str:
 
 
 def _meant(word: str) -> str:
-    """Return the column that a word used in laboratories stands for, or ``."""
+    """Return the column that a word used in laboratories stands for, or an empty text."""
     measured = "elastic_stress_amplitude" if "stress" in word else "F_max"
     if any(part in word for part in _ERRORS):
         return measured + _ERROR

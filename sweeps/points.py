@@ -133,14 +133,12 @@ class Point:
         """
         if not self.is_comparable:
             return {}
-        row = dict(zip(RESULT_COLUMNS, self._computed[0], strict=True))
-        computed = {name: result_values(name, value[None]).item() for name, value in row.items()}
-        pairs = {name: (value, computed[name]) for name, value in self.stored.items()}
-        return {  # all NaNs are equal
-            name: (stored, now)
-            for name, (stored, now) in pairs.items()
-            if stored != now and not (np.isnan(stored) and np.isnan(now))
-        }
+        row, found = dict(zip(RESULT_COLUMNS, self._computed[0], strict=True)), {}
+        for name, stored in self.stored.items():
+            now = result_values(name, row[name][None]).item()
+            if stored != now and not (np.isnan(stored) and np.isnan(now)):  # all NaNs are equal
+                found[name] = stored, now
+        return found
 
     def simulate(
         self, periods: int | None = None, start: Start | None = None, samples_per_period: int = 2000
@@ -279,7 +277,11 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
         place = places_at(ds, texts)
     except ValueError as error:
         raise PointError(str(error)) from None
-    _refuse_open_axes(ds, place)
+    # The Dataset of a fit has more dimensions than its points.
+    open_axes = [d for d, size in ds["status"].sizes.items() if size > 1 and d not in place]
+    if open_axes:
+        examples = ", ".join(f"{dim}={_plain(ds[dim].values[0])}" for dim in open_axes)
+        raise PointError(f"several points remain; choose one, for example by {examples}")
     point = _point(ds.isel(place).squeeze().compute())  # dask computes this point alone
     if stacked := [dim for dim in map(str, ds["status"].dims) if dim not in _OWN_DIMS]:
         _refuse_unknown_stack(ds, point, stacked[0])
@@ -304,14 +306,6 @@ def curve_or_map(ds: xr.Dataset) -> xr.Dataset:
     """
     other = set(ds.dims) - set(ds["status"].dims) if "status" in ds.variables else set()
     return with_numbers(ds.drop_dims(other) if other else ds)
-
-
-def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
-    sizes = ds["status"].sizes  # the Dataset of a fit has more dimensions
-    left = [str(dim) for dim, size in sizes.items() if size > 1 and dim not in place]
-    if left:
-        examples = ", ".join(f"{dim}={_plain(ds[dim].values[0])}" for dim in left)
-        raise PointError(f"several points remain; choose one, for example by {examples}")
 
 
 def _point(chosen: xr.Dataset) -> Point:

@@ -56,7 +56,7 @@ def judged(
 ) -> Config:
     """Return a config after all checks, without the values that they refuse.
 
-    `unsound` are keys refused before. `picked` may hold the `case` to which the config is reduced.
+    `unsound` are keys already refused. `picked` may hold the `case` to which the config is reduced.
     """
     if config.sample:
         config = config.model_copy(update={"cases": _drawn(document, config.sample)})
@@ -174,7 +174,7 @@ def _judge_neighbours(document: Document, name: str, values: tuple[float, ...]) 
 
 
 def _are_valid(document: Document, path: Path, name: str, *values: float) -> bool:
-    """Return whether all values lie in the range of a parameter; refuse the others by place."""
+    """Return whether all values lie in the range of a parameter; refuse those that do not."""
     judge = PARAMETERS[name].complaint
     complaints = {i: complaint for i, value in enumerate(values) if (complaint := judge(value))}
     if isinstance(document.at(*path), list):
@@ -211,10 +211,10 @@ def warnings_of_columns(
     """Return the warnings for a config that has the columns of a table as axes."""
     document = Document(source, {})
     axes = {name: tuple(dict.fromkeys(values)) for name, values in columns.items()}
-    both = config.model_copy(update={"sweep": axes})
+    config = config.model_copy(update={"sweep": axes})
     if axes.keys() & {"viscosity_coefficient", "spring_stiffness"}:
-        _warn_of_exchange(document, both)
-    _warn_of_magnitudes(document, both, {*axes})
+        _warn_of_exchange(document, config)
+    _warn_of_magnitudes(document, config, axes)
     return [str(warning) for warning in document.warnings]
 
 
@@ -246,14 +246,14 @@ def _is_far(value: float, variable: ParameterVariable) -> bool:
 
 
 def _judge_schedule(document: Document, config: Config) -> None:
-    """Refuse scheduled values out of range, unequal lengths, and parameters of the start."""
+    """Refuse a schedule with values out of range, unequal lengths, or initial values."""
     schedule, path = config.simulation.schedule, ("simulation", "schedule")
     if schedule is None:
         return
     known = {*config.sweep, *config.cases}
     for key in document.at(*path):
         name = canonical_name(key)
-        if name not in schedule:  # refused before
+        if name not in schedule:  # already refused
             continue
         _are_valid(document, (*path, key), name, *schedule[name])
         if name in known:
@@ -278,7 +278,7 @@ def _wrong_with_pull(config: Config) -> Iterator[str]:
 
 
 def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
-    """Return a complaint about parameters with unequal numbers of values, or ``."""
+    """Return a complaint about parameters with unequal numbers of values, or an empty text."""
     if len({*map(len, values.values())}) < 2:
         return ""
     listed = ", ".join(f"{name} {len(some)}" for name, some in values.items())
@@ -304,7 +304,7 @@ def _judge_order(document: Document, config: Config, unsound: Collection[str]) -
                 others = f"{below} or {below + cell}" if below != length else str(below)
                 document.refuse(
                     f"{name} has {counted(length, 'value')}; {counted(refine.levels, 'level')} "
-                    f"need a multiple of {cell} and one more, such as {others}",
+                    f"need one more than a multiple of {cell}, such as {others}",
                     "refine",
                 )
 
@@ -326,7 +326,7 @@ def _swept(document: Document, config: Config, name: str, *path: str | int) -> s
     """Return the name of a swept axis; refuse any other name."""
     if name in config.sweep:
         return name
-    if document.path_of(name, "sweep"):  # the axis was refused before
+    if document.path_of(name, "sweep"):  # the axis was already refused
         return None
     known = ", ".join(config.sweep) or "none"
     written, hint = quoted(document.at(*path)), did_you_mean(name, config.sweep)
@@ -352,7 +352,7 @@ def _signs(config: Config, names: Collection[str]) -> Iterator[tuple[float, ...]
     linked = [name for name in names if name in config.cases]
     free = [name for name in names if name not in linked]
     signs = {name: np.sign(config.values(name)).tolist() for name in names}
-    # Cases of unequal length were refused before.
+    # Cases of unequal length were already refused.
     together = set(zip(*(signs[name] for name in linked), strict=False)) or {()}
     for case, *others in product(together, *(set(signs[name]) for name in free)):
         by_name = dict(zip((*linked, *free), (*case, *others), strict=True))

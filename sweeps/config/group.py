@@ -60,7 +60,7 @@ class Group(BaseModel):
 
     @classmethod
     def home_of(cls, key: str) -> str:
-        """Return the place where a key belongs within this group, or ``."""
+        """Return the place where a key belongs within this group, or an empty text."""
         paths = list(cls._paths_to(key))
         homes = " or ".join(f"`{path.rpartition('.')[0]}`" for path in paths)
         return f"; it belongs under {homes}: {' or '.join(paths)}" if paths else ""

@@ -1,6 +1,6 @@
 """Read configs, strictly, from YAML or from a dict.
 
-Nothing here computes physics; `load` takes checks that do as functions.
+Nothing here computes physics; checks that do are passed to `load` as functions.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ def load(
 ) -> Config:
     """Return the config in a YAML file; the default output is `results/<stem of the file>.nc`.
 
-    `overrides` are texts `KEY=VALUE` as for `--set`, see `sweeps.config.overrides`. `checks`, such
-    as those with physics, look at an otherwise sound config.
+    `overrides` are texts `KEY=VALUE` as for `--set`, see `sweeps.config.overrides`. `checks` look
+    at an otherwise sound config, for example at its physics.
 
     Raises ConfigError with all problems at once.
     """

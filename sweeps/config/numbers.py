@@ -38,7 +38,7 @@ _REMEDIES = (
 
 
 def number(value: object) -> float:
-    """Return `value` as a float; it is a number, or a fraction of integers such as the text `-2/3`.
+    """Return a number, or a fraction of integers such as the text `-2/3`, as a float.
 
     NaN and infinities pass. -0 becomes 0, so that equal numbers have one spelling. Raises
     ValueError with a remedy for anything else, including booleans and quoted numbers.

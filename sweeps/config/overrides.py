@@ -1,6 +1,6 @@
 """`--set KEY=VALUE`: changes of a config before it is checked, so that all rules of a file apply.
 
-A parameter gets its new value in whatever section it is. A single number fixes it, and removes its
+A parameter gets its new value wherever it was given. A single number fixes it, and removes its
 axis if it had one. A list or a form such as `{linspace: ...}` makes it an axis, in the old place or
 after the other axes. For a parameter linked in `cases`, a list replaces its values and a single
 number is refused; `case=INDEX` picks one case and fixes all linked parameters. Any other key is a

@@ -64,8 +64,8 @@ class Refine(Group):
         BeforeValidator(lambda value: value if isinstance(value, (list, tuple)) else [value]),
     ] = Field(
         (_REGIME, 1e-2),
-        description="a change of regime; the fraction of an amplitude by which interpolation may "
-        "miss the middle of a cell",
+        description=f"`{_REGIME}`: refine where the regime changes; a number: the fraction of an "
+        "amplitude by which interpolation may miss the middle of a cell",
     )
 
     @property

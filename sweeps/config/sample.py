@@ -88,9 +88,10 @@ class Sample(Group):
     ]
 
     sobol: Count | None = Field(
-        None, description="points of a scrambled Sobol sequence, best a power of 2"
+        None,
+        description="number of points of a scrambled Sobol sequence, preferably a power of 2",
     )
-    latin_hypercube: Count | None = Field(None, description="points of a Latin hypercube")
+    latin_hypercube: Count | None = Field(None, description="number of points of a Latin hypercube")
     seed: int = Field(0, ge=0, description="seed of the random numbers")
     fitted: Annotated[
         Fitted | None, PlainValidator(_fitted, json_schema_input_type=Text | None)

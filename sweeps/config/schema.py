@@ -227,13 +227,13 @@ class Execution(Section):
         description="; ".join(f"{name}: {entry.meaning}" for name, entry in EXECUTORS.items()),
     )
     scheduler: Annotated[Text | None, _belongs_to("backend", "dask"), AfterValidator(_address)] = (
-        Field(None, description="address of a dask scheduler; never in a file")
+        Field(None, description="address of a dask scheduler; a file must not name it")
     )
     block_points: int | None = Field(
         None,
         ge=1,
         le=2**63 - 1,
-        description="points per block; by default about a second of work",
+        description="number of points per block; by default about a second of work",
     )
 
     @property
@@ -284,7 +284,7 @@ class Simulation(Section):
         "`periods` with the first values, as many with the second values, and so on",
     )
     drive: Drive | None = Field(
-        None, description="pull the upper block instead of moving it periodically (adaptive)"
+        None, description="pull the upper block instead of moving it periodically (adaptive only)"
     )
     duration: float | None = Field(
         None,

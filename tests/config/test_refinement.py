@@ -66,7 +66,7 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
         ("refine: {axes: [T], levels: 0}", "refine.levels: must be at least 1, not 0"),
         (
             "refine: {axes: [T], levels: 4}",
-            "temperature has 9 values; 4 levels need a multiple of 16 and one more, such as 17",
+            "temperature has 9 values; 4 levels need one more than a multiple of 16, such as 17",
         ),
         ("refine: {axes: [T], level: 2}", "refine.level: unknown key .did you mean 'levels'"),
         ("refine: {axes: [T], where: [regme]}", r"refine.where\[0\]: must be regime or a number"),
