@@ -53,16 +53,9 @@ class PointKeys:
     cases.
     """
 
-    def __init__(
-        self,
-        grid: Grid,
-        settings: Settings,
-        *,
-        alone: bool = False,
-        version: object = NUMERICS_VERSION,
-    ) -> None:
+    def __init__(self, grid: Grid, settings: Settings, *, alone: bool = False) -> None:
         chosen = {name: v for name, v in settings.items() if _defaults().get(name) != v}
-        self._secret = secret_of(json.dumps(chosen, sort_keys=True), version)
+        self._secret = secret_of(json.dumps(chosen, sort_keys=True), NUMERICS_VERSION)
         self._grid, self._alone = grid, alone or not grid.followed
 
     def of(self, numbers: NDArray[np.int64]) -> Keys:

@@ -31,8 +31,8 @@ FIVE_MESSAGES = [
 def test_a_file_is_read_with_its_errors(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text(
-        "\ufeffT, sigma_el, F_max ,friction_force_amplitude_error\n".replace("sigma_el, ", "")
-        + "# a comment\n\n200, 3e-3, 1e-5\n250,,\n300, 2e-3, 2e-5\n"
+        "\ufeffT, F_max ,friction_force_amplitude_error\n"
+        "# a comment\n\n200, 3e-3, 1e-5\n250,,\n300, 2e-3, 2e-5\n"
     )
     data = read_data(path)
     np.testing.assert_array_equal(data.parameters["temperature"], [200, 250, 300])

@@ -32,8 +32,9 @@ def ds(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     return open_result(path)
 
 
-def values_of(ds: xr.Dataset) -> dict[str, float]:
-    return {str(name): ds[name].item() for name in ds.data_vars}
+@pytest.fixture(scope="module")
+def followed() -> xr.Dataset:
+    return run(LINE)
 
 
 @pytest.mark.parametrize("temperature", [200.0, 250.0, 300.0])
@@ -47,7 +48,7 @@ def test_a_point_is_computed_again_with_its_bits(
         temperature,
         gamma,
     )
-    np.testing.assert_equal(dict(point.stored), values_of(chosen))
+    np.testing.assert_equal(dict(point.stored), {n: v.item() for n, v in chosen.data_vars.items()})
     assert point.differences() == {}
     stress = chosen.elastic_stress_amplitude.item()
     assert point.orbit().elastic_stress_amplitude == stress
@@ -109,10 +110,10 @@ def test_the_time_course_is_that_of_the_orbit(ds: xr.Dataset) -> None:
     assert course.attrs["title"] == point.where
 
 
-def test_the_way_there_begins_at_the_start(ds: xr.Dataset) -> None:
+def test_the_initial_motion_begins_at_the_start(ds: xr.Dataset) -> None:
     point = point_of(ds, T=200, gamma=-2 / 3)
-    way = point.simulate(periods=2, start="initial")
-    assert way.lower_displacement.values[0] == 0.0
+    course = point.simulate(periods=2, start="initial")
+    assert course.lower_displacement.values[0] == 0.0
     strobes = point.stroboscopic(40)
     assert set(strobes.variables) == set(STROBOSCOPIC)
     assert strobes.stroboscopic_displacement.values[0] == 0.0
@@ -122,19 +123,20 @@ def test_the_way_there_begins_at_the_start(ds: xr.Dataset) -> None:
 
 @pytest.mark.parametrize("direction", ["up", "down"])
 @pytest.mark.parametrize("omega", [37.0, 38.0, 39.0])
-def test_a_followed_point_starts_where_the_sweep_did(direction: str, omega: float) -> None:
-    point = point_of(run(LINE), omega=omega, direction=direction)
+def test_a_followed_point_starts_where_the_sweep_did(
+    followed: xr.Dataset, direction: str, omega: float
+) -> None:
+    point = point_of(followed, omega=omega, direction=direction)
     assert point.differences() == {}
     assert direction in point.where
 
 
-def test_a_followed_point_goes_on_from_its_neighbour() -> None:
-    followed = run(LINE)
+def test_a_followed_point_starts_from_its_neighbour(followed: xr.Dataset) -> None:
     up, down = (point_of(followed, omega=38.0, direction=way) for way in ("up", "down"))
     assert len(up.before) == 1
     assert len(down.before) == 4
-    begun = up.simulate(periods=1, start="initial").lower_displacement.values[0]
-    assert begun != 0.0
+    start = up.simulate(periods=1, start="initial").lower_displacement.values[0]
+    assert start != 0.0
 
 
 def test_linked_cases_are_chosen_by_number_or_by_value() -> None:
@@ -195,8 +197,8 @@ def test_values_that_choose_no_single_point_are_refused(
         point_of(ds, **where)
 
 
-def test_an_unknown_direction_is_refused() -> None:
-    changed = run(LINE).assign_coords(direction=["left", "down"])
+def test_an_unknown_direction_is_refused(followed: xr.Dataset) -> None:
+    changed = followed.assign_coords(direction=["left", "down"])
     with pytest.raises(PointError, match="the direction 'left' is none of up, down"):
         point_of(changed, omega=38.0, direction="left")
 

@@ -300,11 +300,10 @@ def _judge_order(document: Document, config: Config, unsound: Collection[str]) -
         for name in known:
             length = len(config.sweep[name])
             if (length - 1) % cell or length < cell + 1:
-                below = max((length - 1) // cell, 1) * cell + 1
-                others = f"{below} or {below + cell}" if below != length else str(below)
+                close = max((length - 1) // cell, 1) * cell + 1
                 document.refuse(
                     f"{name} has {counted(length, 'value')}; {counted(refine.levels, 'level')} "
-                    f"need one more than a multiple of {cell}, such as {others}",
+                    f"need one more than a multiple of {cell}, such as {close} or {close + cell}",
                     "refine",
                 )
 

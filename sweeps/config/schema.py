@@ -109,10 +109,8 @@ def _of_method(option: str) -> AfterValidator:
 _SCHEMES = ("tcp", "tls", "ws", "wss")
 
 
-def _address(value: str | None) -> str | None:
+def _address(value: str) -> str:
     """Refuse a text that cannot be the address of a scheduler, so that nobody waits for it."""
-    if value is None:
-        return None
     with contextlib.suppress(ValueError):  # for example a port that is no number
         address = urlsplit(value)
         is_host = address.hostname and address.port and not address.path
@@ -226,9 +224,9 @@ class Execution(Section):
         next(iter(EXECUTORS)),
         description="; ".join(f"{name}: {entry.meaning}" for name, entry in EXECUTORS.items()),
     )
-    scheduler: Annotated[Text | None, _belongs_to("backend", "dask"), AfterValidator(_address)] = (
-        Field(None, description="address of a dask scheduler; a file must not name it")
-    )
+    scheduler: Annotated[
+        Annotated[Text, AfterValidator(_address)] | None, _belongs_to("backend", "dask")
+    ] = Field(None, description="address of a dask scheduler; a file must not name it")
     block_points: int | None = Field(
         None,
         ge=1,

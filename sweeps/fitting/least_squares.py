@@ -91,7 +91,7 @@ def trial_at(place: Floats) -> Steps[Trial]:
 
 
 def fit_at(model: Model, trial: Trial) -> Steps[Fit]:
-    """Return a fit of a trial and the derivatives there."""
+    """Return a trial, with the derivatives there, as a fit."""
     beside = yield Question(*model.beside(trial))
     return Fit(model, trial, *model.slopes(trial, beside))
 

@@ -89,7 +89,7 @@ class Search:
         """
         if not starts:
             self._evolve(np.array([trial.u for trial in population]))
-            starts = self._distinct(self.seen)
+            starts = self._distinct()
         return self._finished(self._best_from(starts, _FEW_EVALUATIONS))
 
     def along(self, fit: Fit, numbers: Iterable[int]) -> Fit:
@@ -183,12 +183,12 @@ class Search:
             polish=False,
         )
 
-    def _distinct(self, trials: Sequence[Trial]) -> list[Trial]:
-        """Return the best trials of different kinds of motion, and the best at some distance.
+    def _distinct(self) -> list[Trial]:
+        """Return the best trials seen of different kinds of motion, and the best at a distance.
 
         The best minimum may belong to a kind of motion whose basin is too narrow for the evolution.
         """
-        ranked = sorted(trials, key=_by_cost)
+        ranked = sorted(self.seen, key=_by_cost)
         of_kinds = {trial.signature: trial for trial in reversed(ranked)}
         chosen = sorted(of_kinds.values(), key=_by_cost)[:_STARTS]
         apart = self._apart(ranked, _APART)

@@ -42,11 +42,12 @@ _MACHINE = (
 _PERIODS = RESULT_COLUMNS.index("periods_integrated")
 _DECADE = 10.0  # an axis that spans more is logarithmic
 
+# Figures recognize the file of a fit without errors by the first word.
 RELATIVE = (
-    "not in the data: residuals are relative to the values, with a common unknown factor that "
-    "chi2/dof estimates"
+    "none given; residuals are relative to the values, with a common unknown factor that chi2/dof "
+    "estimates"
 )
-GIVEN = "in the data; standard errors grow with the root of chi2/dof if that is above 1"
+GIVEN = "given; standard errors grow with the root of chi2/dof if that is above 1"
 
 
 def fit_dataset(
@@ -84,8 +85,8 @@ def fit_dataset(
 def curve_config(fit: Fit, config: Config) -> Config:
     """Return the config whose sweep is the fitted curve, over the range of the data.
 
-    The curve goes along the parameter with the most values. Another parameter with few values gives
-    a curve for each. Other data give only their own points.
+    The curve runs along the parameter with the most values, with a curve for each value of a second
+    parameter if these are few. Otherwise the sweep has only the points of the data.
     """
     data, free = fit.model.data, fit.model.free
     varied = {name: values for name, values in data.parameters.items() if np.ptp(values) > 0}

@@ -109,8 +109,8 @@ def _free(variable: ParameterVariable, fixed: Parameters, limits: Range) -> Free
     middle = (lower + upper) / 2.0 if start is None else start / unit
     low = max(lower + margin, middle - _FAR_PLAIN)
     high = min(upper, middle + _FAR_PLAIN)
-    near = (low, high) if limits else (max(low, middle - _NEAR_PLAIN), middle + _NEAR_PLAIN)
-    box = (near[0], min(near[1], high))
+    near = _FAR_PLAIN if limits else _NEAR_PLAIN
+    box = (max(low, middle - near), min(middle + near, high))
     middle = min(max(middle, low), high)
     return FreeParameter(variable.name, PLAIN, 1.0, unit, middle, low, high, box)
 

@@ -30,7 +30,7 @@ _ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
 STEP = 1e-3
 """Step of derivatives on the scale of a free parameter, 1e5 times the roughness of amplitudes."""
 
-_FAR = 30.0  # measured values this many times larger than in all trials are in another unit
+_FAR = 30.0  # measured values that differ by this factor from all trials are in another unit
 _STANDARD_ERRORS = 3.0  # standard errors in the amplitude_error of a mean
 # Misfit of a datum without a value, relative to a model that gives 0 everywhere.
 _LOST = 100.0
