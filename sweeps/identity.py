@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.keys import Keys, keys_of_lines, keys_of_points, secret_of
 from stickslip.variables import PARAMETERS
+from sweeps.config.checks import NEAR
 from sweeps.config.load import Config, from_mapping
 from sweeps.grid import Grid
 
 Settings = Mapping[str, Any]
 
 _AT_ONCE = 1 << 14  # points whose keys are computed together
-_NEAR = 1e-9  # relative; values closer than this differ by rounding, not by intention
 
 
 def settings_of(config: Config) -> Settings:
@@ -143,7 +143,7 @@ def near_duplicates(old: Grid, new: Grid) -> list[str]:
         unknown = values[~np.isin(values, known)]
         place = np.searchsorted(known, unknown)
         for side in (np.maximum(place - 1, 0), np.minimum(place, len(known) - 1)):
-            near = np.abs(unknown - known[side]) <= _NEAR * np.abs(unknown)
+            near = np.abs(unknown - known[side]) <= NEAR * np.abs(unknown)
             neighbours = zip(known[side][near].tolist(), unknown[near].tolist(), strict=True)
             pairs += [f"{name} {before!r} and {after!r}" for before, after in neighbours]
     return list(dict.fromkeys(pairs))  # an outermost value has the same neighbour on both sides

@@ -36,8 +36,9 @@ from sweeps.config.schema import Config
 from sweeps.human import counted, did_you_mean
 
 MAX_POINTS = 1_000_000_000
-# Relative; neighbours on an axis closer than this differ by rounding, not by intention.
-_NEAR_DUPLICATE = 1e-9
+NEAR = 1e-9
+"""Relative; values closer than this differ by rounding, not by intention."""
+
 # The paper's k lies above, its K below; if both are on the wrong side, they look exchanged.
 _K_BORDER = 1e4
 # A value this many times larger or smaller than the paper's is probably in another unit.
@@ -164,7 +165,7 @@ def _sizes_fit(document: Document, config: Config) -> bool:
 def _judge_neighbours(document: Document, name: str, values: tuple[float, ...]) -> None:
     pairs, path = list(pairwise(sorted(values))), document.path_of(name)
     repeated = dict.fromkeys(a for a, b in pairs if a == b)
-    near = [(a, b) for a, b in pairs if b - a <= _NEAR_DUPLICATE * max(abs(a), abs(b))]
+    near = [(a, b) for a, b in pairs if b - a <= NEAR * max(abs(a), abs(b))]
     if repeated:
         listed = ", ".join(map(repr, list(repeated)[:5])) + (", …" if len(repeated) > 5 else "")
         document.refuse(f"has values that occur more than once: {listed}", *path)

@@ -79,16 +79,17 @@ def _of_ensembles(option: str) -> Any:
     return _option(option, default=None, description=description, validate_default=True)
 
 
-def _belongs_to(key: str, *owners: str, default: Any = None) -> AfterValidator:
+def _belongs_to(key: str, *owners: str) -> AfterValidator:
     """Return a validator for a key that belongs to some values, `owners`, of another key.
 
-    If the other key has such a value, a missing key gets the value `default`.
+    If the other key has such a value, a missing option of the integrators gets its default.
     """
 
     def check(value: Any, info: ValidationInfo) -> Any:
         given = info.data.get(key, owners[0])  # absent if refused, which is reported there
         if value is None:
-            return default if given in owners else None
+            option = OPTIONS.get(str(info.field_name))
+            return option.default if option and given in owners else None
         if given not in owners:
             raise ValueError(f"belongs to `{key}: {' or '.join(owners)}`, but the {key} is {given}")
         return value
@@ -96,9 +97,7 @@ def _belongs_to(key: str, *owners: str, default: Any = None) -> AfterValidator:
     return AfterValidator(check)
 
 
-def _of_noise(option: str) -> AfterValidator:
-    """Return a validator for an option that belongs to stochastic films, with its default."""
-    return _belongs_to("treatment", STOCHASTIC, default=OPTIONS[option].default)
+_OfEnsembles = Annotated[int | None, _belongs_to("treatment", STOCHASTIC)]
 
 
 def _of_method(option: str) -> AfterValidator:
@@ -188,8 +187,8 @@ class Noise(Section):
         DEFAULTS.noise,
         description="; ".join(f"{name}: {what}" for name, what in NOISE_TREATMENTS.items()),
     )
-    seed: Annotated[int | None, _of_noise("seed")] = _of_ensembles("seed")
-    realizations: Annotated[int | None, _of_noise("realizations")] = _of_ensembles("realizations")
+    seed: _OfEnsembles = _of_ensembles("seed")
+    realizations: _OfEnsembles = _of_ensembles("realizations")
 
 
 class Film(Section):
@@ -285,16 +284,10 @@ class Simulation(Section):
         None, description="pull the upper block instead of moving it periodically (adaptive only)"
     )
     duration: float | None = Field(
-        None,
-        gt=0,
-        description="length of a run with a `drive`, in s; by default up to the last time in its "
-        "table",
+        None, gt=0, description="seconds of a `drive`; by default up to the last time of its table"
     )
     samples: int = Field(
-        PULL_SAMPLES,
-        ge=2,
-        le=_MAX_SAMPLES,
-        description="number of samples of a run with a `drive`, evenly spaced",
+        PULL_SAMPLES, ge=2, le=_MAX_SAMPLES, description="samples along a `drive`, evenly spaced"
     )
 
     @model_validator(mode="after")
