@@ -32,7 +32,7 @@ class NotTextError(ValueError):
     """A file that is not UTF-8 text; the first wrong byte is in `line`."""
 
     def __init__(self, line: int) -> None:
-        super().__init__("is not UTF-8 text; save the file in the encoding UTF-8")
+        super().__init__("is not UTF-8 text; save the file with the encoding UTF-8")
         self.line = line
 
 

@@ -154,8 +154,12 @@ class Point:
         """
         orbit = self.orbit()
         start = start or ("stationary" if orbit.status.is_result else "initial")
-        shown = {"periods": periods or periods_of(orbit), "samples_per_period": samples_per_period}
-        simulation = self.config.simulation.model_copy(update={**shown, "start": start})
+        shown = {
+            "periods": periods or periods_of(orbit),
+            "start": start,
+            "samples_per_period": samples_per_period,
+        }
+        simulation = self.config.simulation.model_copy(update=shown)
         noise = self.config.noise
         if noise.realizations is not None:  # one path of a stochastic film
             noise = noise.model_copy(update={"realizations": 1})
@@ -172,10 +176,9 @@ class Point:
         Raises IntegrationError.
         """
         course = self.simulate(periods, "initial", samples_per_period=1)
-        names = {"lower_displacement": "displacement", "lower_velocity": "velocity"}
         data = {
-            f"stroboscopic_{short}": ("period", course[name].values)
-            for name, short in names.items()
+            "stroboscopic_displacement": ("period", course["lower_displacement"].values),
+            "stroboscopic_velocity": ("period", course["lower_velocity"].values),
         }
         ds = xr.Dataset(data, {"period": np.arange(periods + 1, dtype=np.int32)})
         for name, variable in STROBOSCOPIC.items():
