@@ -256,7 +256,7 @@ class StickslipAccessor:
         True
         >>> page.stop()
 
-        The arguments and errors are those of `sweeps.explore`.
+        `sweeps.explore` has the same arguments and errors.
         """
         from sweeps.page.explorer import explore
 

@@ -97,6 +97,6 @@ def _joint(file: netCDF4.Dataset, name: str) -> Joint:
     if not (np.isfinite(values).all() and np.isfinite(correlations).all()):
         raise DistributionError(f"names {name}, which lacks values or correlations")
     logarithmic = tuple(form == "logarithmic" for form in forms)
-    # The file has errors of the values; those of a logarithm are relative.
+    # The file has errors of the values; the error of a logarithm is relative.
     deviations = np.where(logarithmic, errors / np.abs(np.where(values, values, 1.0)), errors)
     return Joint(tuple(names), values, deviations, correlations, logarithmic)

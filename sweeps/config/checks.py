@@ -175,7 +175,7 @@ def _judge_neighbours(document: Document, name: str, values: tuple[float, ...]) 
 
 
 def _are_valid(document: Document, path: Path, name: str, *values: float) -> bool:
-    """Return whether all values lie in the range of a parameter; refuse those that do not."""
+    """Return whether all values lie in the range of a parameter; refuse all others."""
     judge = PARAMETERS[name].complaint
     complaints = {i: complaint for i, value in enumerate(values) if (complaint := judge(value))}
     if isinstance(document.at(*path), list):

@@ -23,7 +23,7 @@ PARAMETER_SECTIONS = ("model", "sweep", "cases")
 """The sections that hold values of parameters."""
 
 Path: TypeAlias = tuple[str | int, ...]
-"""The keys and indices that lead to a value."""
+"""The keys and indices on the way to a value."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -111,19 +111,19 @@ class Search:
         is_improved = better.trial.cost < fit.trial.cost * (1.0 - IMPROVED)
         return self._finished(better) if is_improved else fit
 
-    def side_by_side(self, works: Sequence[Steps[_Result]]) -> list[_Result]:
+    def side_by_side(self, calculations: Sequence[Steps[_Result]]) -> list[_Result]:
         """Return the results of several calculations, and answer their questions in one call."""
         results: dict[int, _Result] = {}
-        answers: dict[int, Any] = dict.fromkeys(range(len(works)))
+        answers: dict[int, Any] = dict.fromkeys(range(len(calculations)))
         while answers:
             questions: dict[int, Question] = {}
             for number, trials in answers.items():
                 try:
-                    questions[number] = works[number].send(trials)
+                    questions[number] = calculations[number].send(trials)
                 except StopIteration as end:
                     results[number] = end.value
             answers = dict(zip(questions, self._answers([*questions.values()]), strict=True))
-        return [results[number] for number in range(len(works))]
+        return [results[number] for number in range(len(calculations))]
 
     def _answers(self, questions: Sequence[Question]) -> list[list[Trial]]:
         """Return the trials for each of several questions, computed together."""

@@ -140,8 +140,8 @@ def refuse_other_units(data: Measurements, trials: Sequence[Trial]) -> None:
         if not 1.0 / _FAR <= nearest <= _FAR:
             raise OtherUnitError(
                 f"{name}: the measured values are some {nearest:.2g} times the model's even in "
-                f"the nearest of {len(trials)} trials: are they in {RESULTS[name].units}? are "
-                "frequency, stiffness, area those of your machine (--set, or a config)?"
+                f"the nearest of {len(trials)} trials: are they in {RESULTS[name].units}? do "
+                "frequency, stiffness and area match your machine (--set, or a config)?"
             )
 
 
