@@ -186,7 +186,7 @@ def test_a_failed_point_shows_the_motion_from_its_start() -> None:
         ({"T": 250}, "choose one, for example by rheological_index=-0.666667"),
         ({"T": 400, "gamma": 0}, "temperature goes from 200 to 300"),
         ({"temprature": 250}, "did you mean 'temperature'"),
-        ({"T": "warm", "gamma": 0}, "warm is no number"),
+        ({"T": "warm", "gamma": 0}, "warm is not a number"),
         ({"T": 250, "gamma": 0, "omega": 11}, "angular_frequency is 10.0 in all of this file"),
     ],
 )

@@ -1,6 +1,6 @@
-"""Charts: what is to be drawn of a Dataset, and nothing of how.
+"""Charts: what to draw of a Dataset, but not how to draw it.
 
-From a Dataset and a choice (variable, axes, slice, scale) to cells, curves or points, with the
-roles of dimensions, labels and shown units, colours of kinds, jumps and missing points. Painters
-draw them: `sweeps.figures` with matplotlib, the pages in a browser.
+A Dataset and a choice (variable, axes, slice, scale) become cells, curves or points. The modules
+find the roles of dimensions, labels and shown units, colours, jumps and missing points.
+`sweeps.figures` draws the charts with matplotlib, and the pages draw them in a browser.
 """

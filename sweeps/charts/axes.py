@@ -15,20 +15,20 @@ from sweeps.charts.colours import CURVES
 from sweeps.charts.labels import Array, Quantity, legend_label, parameters_along, shown, slice_label
 from sweeps.grid import CASE, DIRECTION
 
-MANY = len(CURVES)  # an axis is long when its points would need more curves than there are styles
-NAMED = ("rheological_index", CASE)  # what has names rather than places on a scale, if it is short
+MANY = len(CURVES)  # an axis is long if its points would need more curves than there are styles
+NAMED = ("rheological_index", CASE)  # short axes whose points have names, not places on a scale
 
 STRIP = "strip"
-"""The axis without extent of kinds along a single axis."""
+"""The vertical axis, without extent, of kinds along a single axis."""
 
-_FINEST = 800  # pixels of a map whose cells are not all of one size
+_FINEST = 800  # pixels of a map whose cells differ in size
 
 
 @dataclass(frozen=True)
 class Axis:
     """A dimension as an axis: the order of its points, their shown values, names, and its scale.
 
-    `names` are those of points that are no numbers, or too few to lie on a scale.
+    Points have `names` if they are not numbers, or are too few to lie on a scale.
     """
 
     dim: str
@@ -40,21 +40,21 @@ class Axis:
 
     @property
     def middles(self) -> Array:
-        """The middles between neighbours, on the axis's own scale."""
+        """The midpoints between neighbours, on the scale of the axis."""
         below, above = self.quantity.values[:-1], self.quantity.values[1:]
         return np.sqrt(below * above) if self.geometric else (below + above) / 2
 
     @property
     def steps(self) -> Array:
-        """The distances between neighbours, on the axis's own scale."""
+        """The distances between neighbours, on the scale of the axis."""
         values = np.log(self.quantity.values) if self.geometric else self.quantity.values
         return np.diff(values)
 
 
 def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False) -> Axis:
-    """The axis of a dimension; linked cases lie along the first parameter that tells them apart.
+    """Return the axis of a dimension; the first parameter that differs in all cases orders them.
 
-    `log` asks for a logarithmic scale, and `named` for the names of the points of a short axis.
+    `log` makes the scale logarithmic, and `named` names the points of a short axis.
     """
     coordinate = coordinate_of(ds, dim)
     few = named and ds.sizes[dim] <= MANY
@@ -75,7 +75,7 @@ def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False)
 
 
 def coordinate_of(ds: xr.Dataset, dim: str) -> xr.DataArray:
-    """Return the coordinate that tells the points of a dimension apart."""
+    """Return the coordinate that differs in all points of a dimension."""
     for name in parameters_along(ds, dim):
         if name == dim or np.unique(ds[name].values).size == ds.sizes[dim]:
             return ds[name]
@@ -83,24 +83,24 @@ def coordinate_of(ds: xr.Dataset, dim: str) -> xr.DataArray:
 
 
 def is_geometric(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
-    """Tell whether sorted values have a common ratio, hence even steps on a log axis."""
+    """Return True if sorted values have a common ratio, hence even steps on a log axis."""
     return values.size > 2 and bool(values[0] > 0) and is_even(np.log(values))
 
 
 def is_even(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
-    """Tell whether sorted values, at least three, have a common step."""
+    """Return True if sorted values, at least three of them, have a common step."""
     steps = np.diff(values)
     return values.size > 2 and bool(np.allclose(steps, steps.mean(), rtol=1e-6, atol=0.0))
 
 
 def is_scattered(ds: xr.Dataset, dim: str) -> bool:
-    """Tell whether linked cases are in order along none of their parameters."""
+    """Return True if linked cases are in order along none of their parameters."""
     steps = [np.diff(ds[name].values) for name in parameters_along(ds, dim)]
     return bool(steps) and not any((step > 0).all() or (step < 0).all() for step in steps)
 
 
 def cell_edges(axis: Axis) -> Array:
-    """The borders between the points of an axis, halfway on its own scale."""
+    """Return the edges of the cells around the points of an axis, halfway on its scale."""
     values, middles = axis.quantity.values, axis.middles
     if values.size == 1:
         middles = values + 0.5
@@ -112,13 +112,13 @@ def cell_edges(axis: Axis) -> Array:
 
 
 def ends_of(axis: Axis) -> tuple[float, float]:
-    """Return the outer borders of the first and the last point of an axis."""
+    """Return the outer edges of the first and the last cell of an axis."""
     edges = cell_edges(axis)
     return float(edges[0]), float(edges[-1])
 
 
 def cells_of_pixels(axis: Axis) -> Array:
-    """Return the cell of each pixel, of pixels that are evenly spread on the axis's scale."""
+    """Return the cell that each pixel lies in, for pixels spread evenly over the scale."""
     edges = np.log(cell_edges(axis)) if axis.geometric else cell_edges(axis)
     widths = np.diff(edges)
     if np.allclose(widths, widths[0], rtol=1e-6, atol=0.0):
@@ -137,7 +137,7 @@ MOST_FACETS = 4  # columns that still fit on a page
 class Layout:
     """The dimensions by role: no axis for a single point, x for curves, x and y for maps.
 
-    `both_ways` says that each curve is followed upward and downward.
+    With `both_ways` each curve is followed upward and downward.
     """
 
     x: str | None = None
@@ -157,7 +157,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class Selection:
-    """One slice of a dataset, and what to call it."""
+    """One slice of a dataset, and its label."""
 
     label: str
     dataset: xr.Dataset
@@ -166,24 +166,26 @@ class Selection:
 def layout_of(
     ds: xr.Dataset, choice: Choice | None = None, *, discrete: bool = False, rows: int = 2
 ) -> Layout:
-    """Curves along one long axis, maps over two, facets beyond; a single point has no axis.
+    """Return the layout: curves along one long axis, maps over two, facets for further axes.
 
-    Values that are `discrete` are drawn as maps. Where the variables take one of the `rows` of
-    panels only, a short axis may take others. A dimension that finds no place has no role.
+    A single point has no axis. `discrete` values are drawn as maps. If the variables fill only one
+    of the `rows` of panels, a short axis may fill more. A dimension without room has no role.
     """
     named = named_roles(ds, choice or Choice())
     if "y" in named and "hue" in named:
-        raise ValueError("y makes a map and hue makes curves: choose one of them")
+        raise ValueError("y makes a map and hue makes curves; choose one of them")
     if discrete and "hue" in named:
-        # Kinds make no curves: a strip of colour for each fluid or case.
+        # Kinds are not curves: each fluid or case gets a strip of colour.
         strips = named["y"] = named.pop("hue")
         if ds[strips].dtype.kind in "fiu" and strips not in NAMED:
-            raise ValueError(f"kinds and counts make no curves for hue: a map has {strips} as y")
+            raise ValueError(
+                f"kinds and counts are not curves, so hue does not apply; a map has {strips} as y"
+            )
     free = [str(dim) for dim in ds.sizes if ds.sizes[dim] > 1 and dim not in named.values()]
     x, y, hue, row, col = (named.get(role) for role in ROLES)
     layout = _place_axes(ds, Layout(x, y, hue, row, col), free, discrete)
     if layout.x is None and layout.dims:
-        raise ValueError("no axis is left for x: give fewer axes other roles")
+        raise ValueError("no axis is left for x; give other roles to fewer axes")
     free = [dim for dim in free if dim not in layout.dims]
     if layout.y is None and not discrete and DIRECTION in free:
         layout = replace(layout, both_ways=True)
@@ -209,7 +211,7 @@ def _place_axes(ds: xr.Dataset, layout: Layout, free: list[str], discrete: bool)
 
 
 def _place_facets(ds: xr.Dataset, layout: Layout, free: list[str], rows: int) -> Layout:
-    # Both ways of a map side by side; then what takes the fewest panels.
+    # First both directions of a map, side by side; then the dimension with the fewest panels.
     ranked = sorted(free, key=lambda dim: (dim != DIRECTION, ds.sizes[dim]))
     if layout.col is None and ranked:
         layout = replace(layout, col=ranked.pop(0))
@@ -220,13 +222,13 @@ def _place_facets(ds: xr.Dataset, layout: Layout, free: list[str], rows: int) ->
 
 
 def _rank(ds: xr.Dataset, dim: str) -> tuple[bool, bool, int]:
-    """Long axes first, then parameters before linked cases, then by length."""
+    """Return a sort key: long axes first, then parameters before linked cases, then by length."""
     size = ds.sizes[dim]
     return size <= MANY, dim not in PARAMETERS, -size
 
 
 def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[Selection], str]:
-    """The slices over `dims`, at most `most` of them, and a note where that leaves some out."""
+    """Return up to `most` slices over `dims`, and a note if some are left out."""
     indices = list(itertools.product(*(range(ds.sizes[dim]) for dim in dims)))
     kept = _evenly(len(indices), most)
     places = [dict(zip(dims, indices[at], strict=True)) for at in kept]
@@ -235,7 +237,7 @@ def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[S
 
 
 def thinned(ds: xr.Dataset, dim: str | None, most: int) -> tuple[xr.Dataset, str]:
-    """Return at most `most` evenly chosen points of a dimension, and a note on the omitted ones."""
+    """Return up to `most` evenly chosen points of a dimension, and a note if some are left out."""
     if dim is None or ds.sizes[dim] <= most:
         return ds, ""
     note = _left_out(ds, (dim,), most, ds.sizes[dim])
@@ -243,7 +245,7 @@ def thinned(ds: xr.Dataset, dim: str | None, most: int) -> tuple[xr.Dataset, str
 
 
 def _left_out(ds: xr.Dataset, dims: tuple[str, ...], kept: int, count: int) -> str:
-    """Return a note on values that are not drawn; empty where all are."""
+    """Return a note on the values that are not drawn; empty if all are."""
     if kept == count:
         return ""
     names = ", ".join(shown(coordinate_of(ds, dim)).symbol for dim in dims)
@@ -251,7 +253,7 @@ def _left_out(ds: xr.Dataset, dims: tuple[str, ...], kept: int, count: int) -> s
 
 
 def _evenly(count: int, most: int) -> list[int]:
-    """Return at most `most` indices below `count`, evenly spread, with both ends."""
+    """Return up to `most` indices below `count`, evenly spread, with both ends."""
     if count <= most:
         return list(range(count))
     return [math.floor(i * (count - 1) / (most - 1) + 0.5) for i in range(most)]
@@ -259,11 +261,11 @@ def _evenly(count: int, most: int) -> list[int]:
 
 # --- linked cases in no order, such as random ones ------------------------------------------------
 
-_WIDE = 5.0  # largest over smallest value: from here on a logarithmic axis may fit better
+_WIDE = 5.0  # the ratio of the largest to the smallest value from which a log axis may fit better
 
 
 def cases_to_scatter(ds: xr.Dataset, choice: Choice) -> bool:
-    """Tell whether to draw points: for cases in no order that have no other role."""
+    """Return True if cases are drawn as points: they are in no order and have no other role."""
     if ds.sizes.get(CASE, 1) == 1 or not is_scattered(ds, CASE):
         return False
     along = {CASE, *parameters_along(ds, CASE)}
@@ -273,7 +275,7 @@ def cases_to_scatter(ds: xr.Dataset, choice: Choice) -> bool:
 
 
 def fits_log(values: Array) -> bool:
-    """Tell whether the median of the values is nearer to their centre on a logarithmic scale."""
+    """Return True if the median of the values is nearer to their centre on a logarithmic scale."""
     low, middle, high = np.quantile(values, [0.0, 0.5, 1.0])
     if low <= 0 or high < _WIDE * low:
         return False

@@ -1,7 +1,4 @@
-"""A chart of a result: cells, curves or points; and the borders over a map.
-
-All numbers are in shown units.
-"""
+"""A chart of a result (cells, curves or points), and the borders over a map, in shown units."""
 
 from __future__ import annotations
 
@@ -47,8 +44,8 @@ from sweeps.grid import CASE, DIRECTION
 class Curve:
     """One curve: values over the axis, where they jump, and its place along the other axes.
 
-    `way` is the direction in which it is followed, if in both; `bands` are the lower and upper ends
-    of what values at random, or uncertain parameters, spread over, the widest first.
+    `way` is the direction in which the curve is followed, if there are two. `bands` are the lower
+    and upper ends of the spread due to noise or uncertain parameters, the widest first.
     """
 
     label: str
@@ -60,14 +57,14 @@ class Curve:
     bands: tuple[tuple[Array, Array], ...] = ()
 
     def style(self, palette: Palette) -> CurveStyle:
-        """Return how it is drawn."""
+        """Return the style of the curve in the colours of a palette."""
         return way_style(curve_style(self.hue, palette), self.way)
 
 
 def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator[Curve]:
-    """Yield the curves of a variable: for each value of the hue, and for each way.
+    """Yield a curve of a variable for each value of the hue and each direction.
 
-    The points of `ds` are in the order of the axis.
+    The points of `ds` must be in the order of the axis.
     """
     dims = [dim for dim in (layout.hue, DIRECTION if layout.both_ways else None) if dim]
     count, counts = ds.sizes[layout.hue] if layout.hue else 1, is_discrete(ds, name)
@@ -80,16 +77,16 @@ def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator
             way = str(line[DIRECTION].values)
             labels.append(DIRECTIONS.get(way, way))
         values = shown(trusted(line, name)).values
-        # Nothing lies between two counts.
+        # No value lies between two counts.
         breaks = abs(np.diff(values)) > 0 if counts else jumps(line, axis.steps, values)
         yield Curve(", ".join(labels), hue, values, breaks, place, way, _bands(line, name, values))
 
 
 def _bands(line: xr.Dataset, name: str, values: Array) -> tuple[tuple[Array, Array], ...]:
-    """Return the bands of a variable with these shown values: quantiles, or the spread of a mean.
+    """Return the bands of a variable: quantiles, or the spread of a mean over drive periods.
 
-    That is the standard deviation between drive periods, where the value is a mean over them.
-    Orbits of several periods have none: their value is the largest, not the middle of a band.
+    The spread is the standard deviation between drive periods; `values` are the means, in shown
+    units. Orbits of several periods have no band: their value is the largest, not the middle.
     """
     own = f"{name}_spread"
     if own not in line or "orbit_periods" not in line:
@@ -102,7 +99,7 @@ def _bands(line: xr.Dataset, name: str, values: Array) -> tuple[tuple[Array, Arr
 
 
 def range_with_bands(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
-    """Return the range of the values, and of what bands reach above them."""
+    """Return the range of the values, extended to the upper ends of the bands."""
     low, high = value_range(ds, name, log=log)
     bands = _bands(ds, name, shown(trusted(ds, name)).values)
     return low, max([high, *(float(np.nanmax(above, initial=-np.inf)) for _, above in bands)])
@@ -111,7 +108,10 @@ def range_with_bands(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, fl
 def axis_limits(
     low: float, high: float, room: float = 1.0, *, log: bool = False
 ) -> tuple[float, float]:
-    """Return limits just below the lowest point, so that a curve at zero shows, and above all."""
+    """Return limits just below the lowest point, so that a curve at zero shows, and above the top.
+
+    `room` is the height of the axis in units of the height that the curves need.
+    """
     if log:
         span = max(high / low, 1.1)
         return low * span**-0.03, low * (span**1.05) ** room
@@ -119,20 +119,20 @@ def axis_limits(
     return low - 0.03 * span, low + 1.05 * span * room
 
 
-# --- jumps of a curve, where the kind of motion changes and the value does not continue -----------
+# --- jumps of a curve: the kind of motion changes, and the value is discontinuous -----------------
 
-_KINDS = ("regime", "orbit_periods", "melting_count")  # what tells one kind of motion from another
-_MARKED = 4.0  # times the steepest slope beside it: less is a bend
-_VISIBLE = 0.02  # of the range of the curve: less is no gap on paper
+_KINDS = ("regime", "orbit_periods", "melting_count")  # these distinguish kinds of motion
+_MARKED = 4.0  # times the steepest slope beside it; less is a bend
+_VISIBLE = 0.02  # of the largest value of the curve; a smaller gap does not show on paper
 
 
 def jumps(ds: xr.Dataset, steps: Array, y: Array) -> Array:
     """Return True for each interval of curves over which the value jumps, (..., n - 1).
 
-    `steps` (n - 1,) are the distances of the points along x, `y` (..., n) the values as drawn; the
-    variables of `ds` have the same dimensions. The kind of motion differs at the two ends, and the
-    value goes several times as far as the slopes beside it explain; those are taken within one kind
-    of motion.
+    `steps` (n - 1,) are the distances between the points along x and `y` (..., n) the values as
+    drawn; the variables of `ds` have the dimensions of `y`. At a jump the kind of motion differs
+    between the two ends, and the value changes several times more than the slopes beside it would
+    explain. These slopes are taken within one kind of motion.
     """
     if y.shape[-1] < 2:
         return np.zeros((*y.shape[:-1], 0), dtype=bool)
@@ -140,13 +140,13 @@ def jumps(ds: xr.Dataset, steps: Array, y: Array) -> Array:
     slopes = np.where(changes | (steps == 0), np.nan, rises / np.where(steps == 0, 1.0, steps))
     explained = _MARKED * _steepest_beside(slopes) * steps
     largest = np.fmax.reduce(np.abs(y), axis=-1, keepdims=True)
-    # A NaN compares as no jump: there is a gap already, or nothing to compare with.
+    # A NaN compares as no jump: there already is a gap, or nothing to compare with.
     found: Array = changes & (rises > explained) & (rises > _VISIBLE * largest)
     return found
 
 
 def break_line(axis: Axis, y: Array, places: Array) -> tuple[Array, Array]:
-    """The curve with a gap in the middle of each jump."""
+    """Return the curve with a gap in the middle of each jump."""
     at = np.flatnonzero(places)
     return np.insert(axis.quantity.values, at + 1, axis.middles[at]), np.insert(y, at + 1, np.nan)
 
@@ -162,7 +162,7 @@ def _changes(ds: xr.Dataset, shape: tuple[int, ...]) -> Array:
 
 
 def _steepest_beside(slopes: Array) -> Array:
-    """Return the steepest of the two intervals on each side; NaN where none of them counts."""
+    """Return the steepest slope in the two intervals on each side; NaN if all of them are NaN."""
     around = [(0, 0)] * (slopes.ndim - 1) + [(2, 2)]
     padded, count = np.pad(slopes, around, constant_values=np.nan), slopes.shape[-1]
     beside = [padded[..., shift : shift + count] for shift in (0, 1, 3, 4)]
@@ -182,7 +182,7 @@ class Cells:
     values: Array
 
     def image(self) -> Array:
-        """Return the values (up, across) on pixels of one size on the scales of the axes."""
+        """Return the values (up, across) on pixels of equal size on the scales of the axes."""
         rows, columns = (cells_of_pixels(axis) for axis in (self.up, self.across))
         values = np.ma.filled(self.values.astype(np.float32), np.nan)
         return np.asarray(values[np.ix_(rows, columns)])
@@ -190,7 +190,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves over one axis; `ends` are those of the axis that goes up."""
+    """Curves over one axis; `ends` are the ends of the vertical axis."""
 
     across: Axis
     label: str
@@ -203,7 +203,7 @@ class Curves:
 class Cloud:
     """Linked cases in no order: points over two parameters, or over one and a variable.
 
-    `ends` are those of the axis of a variable, on which what is drawn may change.
+    `ends` are the ends of the axis of a variable. A page keeps them when another slice is drawn.
     """
 
     names: tuple[str, str]
@@ -228,9 +228,9 @@ def chart_of(
 ) -> Chart:
     """Return the chart of one variable of a result.
 
-    Axes that find no room are cut at `places`, or at their first point. The ends of scales are
-    those of the whole result, the same for every cut. Of cases in no order `of_values` puts the
-    variable itself up, over a parameter. Raises ValueError for axes that cannot be drawn so.
+    Axes without room in the chart are cut at `places`, or at their first point. All cuts share the
+    scales of the whole result. For cases in no order, `of_values` puts the variable itself on the
+    vertical axis, over a parameter. Raises ValueError for a choice of axes that cannot be drawn.
     """
     (name,) = choice.variables
     cut = {dim: places.get(dim, 0) for dim in further_axes(result, choice)}
@@ -247,7 +247,7 @@ def chart_of(
     ends = axis_limits(*value_range(result, name, log=log), log=log)
     part = part.isel({across.dim: across.order})
     curves = [
-        # A logarithm has no place for what is not above 0.
+        # A logarithmic scale has no place for values that are not above 0.
         replace(curve, values=np.where(curve.values > 0.0, curve.values, np.nan)) if log else curve
         for curve in curves_of(part, layout, across, name)
     ]
@@ -310,7 +310,7 @@ def _cloud_of_result(
 
 
 def further_axes(result: xr.Dataset, choice: Choice) -> list[str]:
-    """Return the axes of a result that have no room in its chart, and are cut somewhere."""
+    """Return the axes of a result that have no room in its chart, which cuts them."""
     if cases_to_scatter(result, choice):
         taken: tuple[str, ...] = (CASE,)
     else:
@@ -324,7 +324,7 @@ def _layout(result: xr.Dataset, choice: Choice) -> Layout:
     discrete = is_discrete(result, choice.variables[0])
     layout = layout_of(result, choice, discrete=discrete)
     if discrete and layout.x and layout.y is None and result.sizes.get(DIRECTION, 1) > 1:
-        return replace(layout, y=DIRECTION)  # a strip of kinds for each way
+        return replace(layout, y=DIRECTION)  # a strip of kinds for each direction
     return layout
 
 
@@ -337,17 +337,19 @@ BORDER_STYLES = {"grazing": "solid", "fold": "dashed"}
 def require_borders(ds: xr.Dataset) -> None:
     """Raise ValueError if a dataset holds no borders over two axes."""
     if not {"line", "kind_left", "kind_right", "type"} <= set(ds.variables):
-        raise ValueError("this is no file of borders, which `stickslip boundary` writes")
+        raise ValueError("this is not a file of borders, which `stickslip boundary` writes")
     if len(border_axes(ds)) != 2:
         raise ValueError(f"borders are drawn on maps; these are points along {border_axes(ds)[0]}")
 
 
 def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
-    """Raise ValueError if a dataset holds no borders over two axes of a result, or at no slice."""
+    """Raise ValueError unless `borders` lie over two axes of a result, at one of its slices."""
     require_borders(borders)
     names = border_axes(borders)
     if any(parameters_along(ds, name) != [name] for name in names):
-        raise ValueError(f"these are borders over {' and '.join(names)}, which are no axes here")
+        raise ValueError(
+            f"these borders lie over {' and '.join(names)}, which are not both axes of this result"
+        )
     if elsewhere := place_elsewhere(ds, borders):
         raise ValueError(elsewhere)
 
@@ -360,16 +362,16 @@ def border_axes(borders: xr.Dataset) -> list[str]:
 def border_parts(
     borders: xr.Dataset, across: str, up: str
 ) -> Iterator[tuple[np.ndarray, np.ndarray, str]]:
-    """Yield the parts of lines that are of a single type, with the name of that type.
+    """Yield the parts of lines that have a single type, with the name of that type.
 
-    Each consists of its positions (n, 2) in shown units and the numbers (n,) of its points in the
+    Each part has its positions (n, 2) in shown units and the numbers (n,) of its points in the
     file. A single point is not a line.
     """
     places = np.column_stack([shown(borders[name]).values for name in (across, up)])
     last = np.flatnonzero(np.diff(borders["line"].values)) + 1
     for line in np.split(np.arange(len(places)), last):
         is_grazing = borders["type"].values[line] == _GRAZING
-        # A piece that ends where lines meet is what its other end is.
+        # A piece that ends where lines meet has the type of its other end.
         pieces = is_grazing[:-1] | is_grazing[1:]
         ends = [0, *(np.flatnonzero(np.diff(pieces)) + 1).tolist(), len(pieces)]
         for start, stop in itertools.pairwise(ends):
@@ -379,7 +381,7 @@ def border_parts(
 
 
 def place_elsewhere(ds: xr.Dataset, borders: xr.Dataset) -> str:
-    """Return where borders are if a dataset has other values of a parameter; else nothing."""
+    """Return a sentence on where borders are, if a dataset has other parameters; else nothing."""
     for name in PARAMETERS:
         if name in ds.variables and name in borders.variables and borders[name].size == 1:
             there = float(borders[name].values.item())

@@ -1,4 +1,4 @@
-"""The choice of what is drawn of a Dataset: figures, variables, roles of axes, nearest points."""
+"""What a user chooses to draw of a Dataset: figure, variables, roles of axes, nearest points."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ ROLES = ("x", "y", "hue", "row", "col")
 
 @dataclass(frozen=True)
 class Choice:
-    """Result variables and the roles of axes, by full name or symbol; what is left out is chosen.
+    """The result variables and the axes to draw, by full name or symbol; None means the default.
 
-    `at` has texts such as `temperature=228`: the nearest point of that axis. `log` names
-    logarithmic scales, such as `x,z`; z is the scale of the variable.
+    `at` has texts such as `temperature=228`, which select the nearest point of an axis. `log` names
+    the logarithmic scales, such as `x,z`, where z is the scale of the variable.
     """
 
     variable: str | tuple[str, ...] | None = None
@@ -37,18 +37,19 @@ class Choice:
 
     @property
     def asks_for_axes(self) -> bool:
-        """True if any option is chosen that only a picture of a sweep has."""
+        """True if the user set an option that only pictures of sweeps have."""
         return any(getattr(self, role) for role in ROLES) or bool(self.log)
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """The variables as they were named."""
-        one = isinstance(self.variable, str)
-        return (self.variable,) if one else tuple(self.variable or ())  # type: ignore[return-value]
+        """The variables, named as the user named them."""
+        if isinstance(self.variable, str):
+            return (self.variable,)
+        return tuple(self.variable or ())
 
     @property
     def scales(self) -> frozenset[str]:
-        """The letters of `log`; raises ValueError for others than x, y and z."""
+        """The letters of `log`; raises ValueError for a letter other than x, y and z."""
         letters = [letter.strip() for letter in self.log.split(",") if letter.strip()]
         if unknown := [letter for letter in letters if letter not in ("x", "y", "z")]:
             raise ValueError(f"log scales are x, y and z, as in `x,z`; there is no '{unknown[0]}'")
@@ -56,10 +57,10 @@ class Choice:
 
 
 def variables_of(ds: xr.Dataset, choice: Choice) -> tuple[str, ...]:
-    """The result variables to draw: those asked for, or both amplitudes."""
+    """Return the result variables to draw: the chosen ones, or both amplitudes."""
     if choice.variable is None:
         return AMPLITUDES
-    # Those that a user added have a number for each point of the result as well.
+    # A variable that the user added also has a number for each point of the result.
     points = set(ds["status"].dims) if "status" in ds else set(ds.dims)
     own = [
         str(name)
@@ -70,7 +71,7 @@ def variables_of(ds: xr.Dataset, choice: Choice) -> tuple[str, ...]:
 
 
 def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
-    """Return the full name of a result variable; raises ValueError if the dataset has none such."""
+    """Return the full name of a result variable; raises ValueError if the dataset lacks it."""
     name = canonical_result(name) or name
     if name not in RESULTS:
         symbols = (variable.symbol for variable in RESULTS.values())
@@ -85,7 +86,7 @@ def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
 
 
 def named_roles(ds: xr.Dataset, choice: Choice) -> dict[str, str]:
-    """The dimension of each role that has one by name."""
+    """Return the dimension of each role that the user named."""
     roles: dict[str, str] = {}
     for role in ROLES:
         name = getattr(choice, role)
@@ -93,13 +94,13 @@ def named_roles(ds: xr.Dataset, choice: Choice) -> dict[str, str]:
             continue
         dim, _ = axis_named(ds, name)
         if other := next((known for known, taken in roles.items() if taken == dim), None):
-            raise ValueError(f"{dim} is both {other} and {role}; an axis has one place")
+            raise ValueError(f"{dim} is both {other} and {role}; an axis has only one role")
         roles[role] = dim
     return roles
 
 
 def lie_along(ds: xr.Dataset, choice: Choice) -> xr.Dataset:
-    """The dataset with its cases along the linked parameter that is named for a role, if one is."""
+    """Return the dataset with its cases along the linked parameter that the user gave a role."""
     for role in ROLES:
         name = getattr(choice, role)
         if name is not None:
@@ -108,13 +109,13 @@ def lie_along(ds: xr.Dataset, choice: Choice) -> xr.Dataset:
     return ds
 
 
-# --- points, as texts such as `temperature=228` name them -----------------------------------------
+# --- the points that texts such as `temperature=228` select ---------------------------------------
 
 
 def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
-    """The dataset at the points that are nearest, and a sentence that says where that is.
+    """Return the dataset at the nearest points, and a sentence that says where they are.
 
-    `temperature=180,220,300` keeps several points of an axis, and the axis with them.
+    `temperature=180,220,300` keeps several points of an axis, so the axis stays.
     """
     ds = with_numbers(ds)
     texts: list[str] = []
@@ -133,9 +134,10 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
 
 
 def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
-    """The nearest place along each dimension that texts such as `temperature=228` name.
+    """Return the nearest place along each dimension that texts such as `temperature=228` name.
 
-    Raises ValueError for what is no axis, no value, or far off the axis.
+    Raises ValueError for an unknown axis, for a text that is not a value, and for a value far
+    beyond the ends of the axis.
     """
     places: dict[str, int] = {}
     for text in at:
@@ -145,27 +147,27 @@ def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
         dim, name = axis_named(ds, key)
         if dim in places:
             raise ValueError(
-                f"'{text}': {dim} is sliced before already; several points are {key}=180,220,300"
+                f"'{text}' slices {dim} a second time; for several points write {key}=180,220,300"
             )
         places[dim] = _nearest(ds[name], value, text)
     return places
 
 
 def with_numbers(ds: xr.Dataset) -> xr.Dataset:
-    """Give numbers to dimensions without a coordinate, as of results that were stacked."""
+    """Number the points of dimensions without a coordinate, such as a stack of results."""
     bare = {dim: np.arange(n) for dim, n in ds.sizes.items() if dim not in ds.coords}
     return ds.assign_coords(bare) if bare else ds
 
 
 def slice_in_the_middle(ds: xr.Dataset, dims: Iterable[str]) -> tuple[xr.Dataset, str]:
-    """The dataset in the middle of some dimensions, and a sentence that says where that is."""
+    """Return the dataset in the middle of some dimensions, and a sentence that says where it is."""
     places = {dim: ds.sizes[dim] // 2 for dim in dims}
     where = f"In the middle of further axes: {slice_label(ds, places)}." if places else ""
     return ds.isel(places), where
 
 
 def axis_named(ds: xr.Dataset, name: str) -> tuple[str, str]:
-    """The dimension along which a name varies, and the coordinate that it is."""
+    """Return the dimension along which a quantity varies, and the name of its coordinate."""
     full = canonical_name(name) or name
     if full in ds.sizes and ds.sizes[full] > 1:
         return full, full
@@ -188,11 +190,11 @@ def _nearest(coordinate: xr.DataArray, text: str, whole: str) -> int:
     try:
         value = number(text) if "/" in text else float(text)
     except ValueError:
-        raise ValueError(f"'{whole}': {text} is no number") from None
+        raise ValueError(f"'{whole}': {text} is not a number") from None
     if not math.isfinite(value):
         raise ValueError(f"'{whole}': must be a finite number")
     low, high = float(values.min()), float(values.max())
-    # Beyond the ends by the longest step there is: nobody means the last point.
+    # Nobody means the last point with a value that lies more than the longest step beyond it.
     reach = float(np.diff(np.sort(values)).max(initial=0.0))
     if not low - reach <= value <= high + reach:
         raise ValueError(f"'{whole}': {coordinate.name} goes from {low:g} to {high:g} in this file")
@@ -207,7 +209,7 @@ def _varying(ds: xr.Dataset) -> list[str]:
 def _axes_of(ds: xr.Dataset) -> str:
     symbols = {name: f" ({PARAMETERS[name].symbol})" for name in PARAMETERS}
     names = [f"{name}{symbols.get(name, '')}" for name in _varying(ds)]
-    return f"its axes are {', '.join(names)}" if names else "it has no axes: it is a single point"
+    return f"its axes are {', '.join(names)}" if names else "it is a single point and has no axes"
 
 
 # --- figures --------------------------------------------------------------------------------------
@@ -225,20 +227,21 @@ def data_of(ds: xr.Dataset) -> Data:
 
 
 def default_figure(ds: xr.Dataset) -> str:
-    """The name of the figure that fits the dataset best."""
+    """Return the name of the figure that suits the dataset best."""
     data = data_of(ds)
     return next(name for name, entry in FIGURES.items() if entry.data == data)
 
 
 def obstacle(ds: xr.Dataset, name: str) -> str:
-    """Why a figure cannot be drawn of a dataset, as a sentence; empty where it can."""
+    """Return why a figure cannot be drawn of a dataset; empty if it can be."""
     if name not in FIGURES:
         hint = did_you_mean(name, FIGURES) or f"; there are {', '.join(FIGURES)}"
         return f"unknown figure '{name}'{hint}"
     entry, data = FIGURES[name], data_of(ds)
     if "boundary_point" in ds.dims:
         return (
-            "borders are drawn over their map: give the file of the map, and --boundaries this one"
+            "borders are drawn over their map; plot the file of the map, with this one as "
+            "--boundaries"
         )
     lacking = [needed for needed in entry.variables if needed not in ds.variables]
     if entry.data != data:

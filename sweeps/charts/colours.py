@@ -1,4 +1,4 @@
-"""Colours: of curves, how these are told apart, and of maps: named kinds, counts, or a scale."""
+"""Colours and lines that distinguish curves, and the colours of maps: kinds, counts or a scale."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.charts.labels import Array, shown
 from sweeps.charts.missing import trusted, value_range
 
-# Okabe & Ito: told apart with every common colour blindness.
+# Okabe & Ito: people with any common colour blindness can distinguish them.
 BLACK, VERMILLION, SKY = "#000000", "#D55E00", "#56B4E9"
 ORANGE, BLUE, GREEN = "#E69F00", "#0072B2", "#009E73"
 PURPLE, YELLOW = "#CC79A7", "#F0E442"
@@ -30,8 +30,8 @@ class CurveStyle(NamedTuple):
     dashes: str | tuple[float, tuple[float, ...]] = "solid"
 
 
-# No two widths are equal: of curves that coincide the thick ones show beside the thin ones, and
-# the dashed ones lie on top. The grey levels differ too, for a print without colours.
+# All widths differ: if curves coincide, the thick ones show beside the thin ones, and dashed ones
+# lie on top. The grey levels differ too, for a print without colours.
 CURVES = (
     CurveStyle(VERMILLION, 1.6),
     CurveStyle(SKY, 3.4),
@@ -44,13 +44,13 @@ CURVES = (
 )
 SINGLE = CurveStyle(BLACK, 1.2)
 
-# Curves of ordered values; the last tenth of the map is too light for a line on white.
+# For curves of ordered values. The last tenth of the map is too light for a line on white.
 _ORDERED_WIDTH, _LIGHTEST = 1.4, 0.9
 _DOWNWARD = (0, (3.0, 2.0))  # dashes
 
 
 class Palette(NamedTuple):
-    """The colours that a painter has for curves: in no order, and of ordered values from 0 to 1."""
+    """The colours of curves: a cycle, and a shade for each ordered value from 0 to 1."""
 
     cycle: Sequence[str]
     shade: Callable[[float], str]
@@ -58,7 +58,7 @@ class Palette(NamedTuple):
 
 @dataclass(frozen=True)
 class Hue:
-    """Which of several curves one is, and whether their values are ordered, as temperatures are."""
+    """The index of a curve among several, and whether their values are ordered (temperatures)."""
 
     index: int = 0
     count: int = 1
@@ -66,12 +66,12 @@ class Hue:
 
 
 def hue_of(dim: str | None, index: int, count: int) -> Hue:
-    """Return the hue of the curve at a place along a dimension: fluids and cases have no order."""
+    """Return the hue of a curve by its place along a dimension; fluids and cases have no order."""
     return Hue(index, count, dim in PARAMETERS and dim != "rheological_index")
 
 
 def curve_style(hue: Hue, palette: Palette) -> CurveStyle:
-    """Return the style of a curve; those of ordered values are alike but for their colour."""
+    """Return the style of a curve; curves of ordered values differ only in colour."""
     if hue.count == 1:
         return SINGLE
     if hue.ordered:
@@ -82,15 +82,15 @@ def curve_style(hue: Hue, palette: Palette) -> CurveStyle:
 
 
 def way_style(style: CurveStyle, way: str) -> CurveStyle:
-    """Return the style of a curve that is followed upward, or downward: dashed and thinner.
+    """Return the style of a curve followed upward, or followed downward: dashed and thinner.
 
-    A single curve has a colour for each way instead.
+    A single curve gets a colour for each direction instead.
     """
     if not way:
         return style
     if style == SINGLE:
         colour, width = (VERMILLION, 2.6) if way == "up" else (BLUE, 1.2)
-        return style._replace(colour=colour, width=width)  # where they coincide both show
+        return style._replace(colour=colour, width=width)  # both show where they coincide
     if way == "up":
         return style._replace(dashes="solid")
     return style._replace(dashes=_DOWNWARD, width=0.6 * style.width)
@@ -100,11 +100,11 @@ def way_style(style: CurveStyle, way: str) -> CurveStyle:
 
 KINDS = ("regime", "status")
 
-_MOST_COUNTS = 12  # different numbers that colours still tell apart
+_MOST_COUNTS = 12  # different numbers that colours can still distinguish
 _OTHER = "#999999"
 
-# One colour each, in every picture. A print without colours tells them apart as well: a liquid is
-# light, and the farther a motion is from a simple one, the darker it is.
+# Each keeps its colour in every picture. They also differ in a print without colours: a liquid is
+# light, and the more complicated a motion, the darker it is.
 _REGIMES: dict[int, str] = {
     Regime.LIQUID: "#9AD3F4",
     Regime.LOCKED: BLUE,
@@ -131,9 +131,9 @@ _STATUSES: dict[int, str] = {
 
 @dataclass(frozen=True)
 class Colours:
-    """Colours for the values of one variable: `codes` in order where they are kinds or counts.
+    """Colours for the values of one variable; kinds and counts have their `codes` in order.
 
-    `low` and `high` are the ends of the scale, in the unit shown; of codes, the outer edges of
+    `low` and `high` are the ends of the scale in shown units or, for codes, the outer edges of
     their places in the order.
     """
 
@@ -145,7 +145,7 @@ class Colours:
     codes: tuple[int, ...] = ()
 
     def placed(self, ds: xr.Dataset) -> Array:
-        """Return the trusted values as colours take them: codes are their places in the order."""
+        """Return the trusted values to colour; codes become their places in the order."""
         values = shown(trusted(ds, self.name)).values
         if self.codes:
             places = np.searchsorted(self.codes, np.nan_to_num(values, nan=self.codes[0]))
@@ -154,12 +154,12 @@ class Colours:
 
     @property
     def is_named(self) -> bool:
-        """True for kinds, which have names and colours of their own; counts and values do not."""
+        """True for kinds, which have fixed names and colours, unlike counts and values."""
         return self.name in KINDS
 
     @property
     def names(self) -> list[str]:
-        """What the codes are called, in order."""
+        """The names of the codes, in order."""
         return [code_name(self.name, code) for code in self.codes]
 
     @property
@@ -169,12 +169,12 @@ class Colours:
 
 
 def is_discrete(ds: xr.Dataset, name: str) -> bool:
-    """Tell whether a variable has few enough kinds or counts for a colour each."""
+    """Return True if a variable has so few kinds or counts that each gets a colour."""
     return name in KINDS or kinds_in(ds, name) is not None
 
 
 def kinds_in(ds: xr.Dataset, name: str) -> tuple[int, ...] | None:
-    """Return the trusted kinds or counts of a variable, in order; None if it has other values."""
+    """Return the trusted kinds or counts of a variable, in order; None for any other variable."""
     if name not in RESULTS or not RESULTS[name].dtype.startswith("i"):
         return None
     values = trusted(ds, name).values
@@ -183,7 +183,7 @@ def kinds_in(ds: xr.Dataset, name: str) -> tuple[int, ...] | None:
 
 
 def colours_of(ds: xr.Dataset, name: str, *, log: bool = False) -> Colours:
-    """Return the colours of a variable, the same for every slice of `ds`."""
+    """Return the colours of a variable, which are the same in every slice of `ds`."""
     label = shown(ds[name]).label
     if codes := kinds_in(ds, name):
         return Colours(name, label, -0.5, len(codes) - 0.5, codes=codes)
@@ -191,7 +191,7 @@ def colours_of(ds: xr.Dataset, name: str, *, log: bool = False) -> Colours:
 
 
 def code_name(name: str, code: int) -> str:
-    """Return the name of a code of a variable; that of a count is its number."""
+    """Return the name of a code; the name of a count is its number."""
     if name == "regime" and code in list(Regime):
         words = Regime(code).name.lower().replace("stick_slip_", "stick-slip, ")
     elif name == "status" and code in list(Status):
@@ -204,7 +204,7 @@ def code_name(name: str, code: int) -> str:
 
 
 def code_sentence(name: str, code: int) -> str:
-    """Return what a code of a variable means; nothing for a count."""
+    """Return the meaning of a code; empty for a count."""
     if name not in KINDS:
         return ""
     kinds: type[Regime] | type[Status] = Regime if name == "regime" else Status
@@ -212,5 +212,5 @@ def code_sentence(name: str, code: int) -> str:
 
 
 def kind_colour(name: str, code: int) -> str:
-    """Return the colour of a kind, the same in every picture."""
+    """Return the colour of a kind, which is the same in every picture."""
     return {"regime": _REGIMES, "status": _STATUSES}[name].get(code, _OTHER)

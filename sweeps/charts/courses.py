@@ -1,4 +1,4 @@
-"""The courses of a motion in time: which curves lie in one panel, and the stretches of a run."""
+"""Time courses of a motion: the curves that share a panel, and the sections of a run."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from sweeps.charts.colours import BLACK, SKY, CurveStyle
 from sweeps.charts.labels import Quantity, shown, slice_label
 from sweeps.human import did_you_mean
 
-# The dashes lie on a wide light line, so that both show while the blocks move together.
+# Dashes over a wide light line: both curves show while the blocks move together.
 LOWER = CurveStyle(SKY, 1.6)
 UPPER = CurveStyle(BLACK, 0.8, (0, (4.0, 2.0)))
 ALONE = CurveStyle(BLACK, 0.9)
 
 
 class Trace(NamedTuple):
-    """A curve in time: a variable, or its difference from another one."""
+    """A curve over time: a variable, or its difference from another one."""
 
     name: str
     minus: str | None = None
     style: CurveStyle = ALONE
 
     def quantity(self, ds: xr.Dataset) -> Quantity:
-        """Return a quantity in the unit in which it is shown."""
+        """Return the values of the curve in the unit in which they are shown."""
         first = shown(ds[self.name])
         if self.minus is None:
             return first
@@ -55,9 +55,9 @@ RELATIVE_MOTION = (
 
 
 def row_of(ds: xr.Dataset, name: str) -> tuple[Trace, ...]:
-    """Return the curves of the panel that has a variable, by name or symbol.
+    """Return the curves of the panel that shows a variable, given by name or symbol.
 
-    One that is in no panel of the time courses has its own. Raises ValueError for an unknown one.
+    A variable outside the time courses gets its own panel. Raises ValueError for an unknown one.
     """
     along = ds["lower_displacement"].dims
     known = [n for n in (*TRAJECTORY, *PULLED) if n in ds.data_vars and ds[n].dims == along]
@@ -70,23 +70,23 @@ def row_of(ds: xr.Dataset, name: str) -> tuple[Trace, ...]:
 
 
 def label_of(ds: xr.Dataset, traces: tuple[Trace, ...]) -> str:
-    """All symbols of a panel, capitals first as in the paper, and their common unit."""
+    """Return all symbols of a panel, capitals first as in the paper, and their common unit."""
     quantities = [trace.quantity(ds) for trace in reversed(traces)]
     symbols = ", ".join(quantity.symbol for quantity in quantities)
     return Quantity(quantities[0].values, symbols, quantities[0].units).label
 
 
 def runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
-    """The trajectories, at most `most`, and a note where that leaves some out."""
+    """Return up to `most` trajectories, and a note if some are left out."""
     along = ds["elapsed_time"].dims[-1]
     dims = tuple(str(dim) for dim in ds["lower_displacement"].dims if dim != along)
     return selections(ds, dims, most)
 
 
 def sections(run: Selection) -> list[Selection]:
-    """The stretches of one trajectory along which its parameters do not change (Fig. 6).
+    """Return the sections of a trajectory in which its parameters do not change (Fig. 6).
 
-    Each begins with the instant at which the one before ends, so that no line is broken there.
+    Each begins at the instant at which the previous one ends, so that the line does not break.
     """
     ds = run.dataset
     along = str(ds["elapsed_time"].dims[0])

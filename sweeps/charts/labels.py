@@ -38,7 +38,7 @@ _MEANINGS = {variable.meaning: variable.units for variable in VARIABLES.values()
 
 
 class Scale(NamedTuple):
-    """A shown unit, and what a value in the file's unit is multiplied by to get there."""
+    """A shown unit, and the factor that converts a value from the unit of the file."""
 
     factor: float
     units: str
@@ -52,14 +52,14 @@ SCALES = {
     "m s-1": Scale(1e6, "µm s-1"),
     "m2": Scale(1e12, "µm2"),
 }
-# Quantities whose size is far from what is usual for their unit.
+# Quantities far larger or smaller than others of their unit.
 SCALES_BY_NAME = {
     "film_thickness": Scale(1e9, "nm"),
     "strain_relaxation_time": Scale(1e9, "ns"),
     "elastic_coefficient": Scale(1e-12, "TPa"),
 }
 
-# What the two ways along a followed axis are called.
+# The names of the two directions along a followed axis.
 DIRECTIONS = {"up": "upward", "down": "downward"}
 
 _LARGEST_DENOMINATOR = 12  # beyond it a fraction is no easier to read than a decimal
@@ -67,7 +67,7 @@ _LARGEST_DENOMINATOR = 12  # beyond it a fraction is no easier to read than a de
 
 @dataclass(frozen=True)
 class Quantity:
-    """Numbers in the unit in which they are shown, with the symbol and that unit in mathtext."""
+    """Numbers in the unit in which they are shown, with their symbol and unit in mathtext."""
 
     values: Array
     symbol: str
@@ -75,7 +75,7 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """Symbol and unit, as at an axis."""
+        """Symbol and unit, as on an axis."""
         return f"{self.symbol} ({self.units})" if self.units else self.symbol
 
     @property
@@ -90,20 +90,20 @@ class Quantity:
 
     @property
     def equation(self) -> str:
-        """Symbol and value of a scalar, as in a legend; a word is no product of its letters."""
+        """Symbol and value of a scalar, as in a legend; a word is not a product of its letters."""
         if not self.symbol.startswith("$"):
             return f"{self.symbol} {self.value}"
         return f"${self.symbol.strip('$')} = {self.value[1:]}"
 
 
 def shown(data: xr.DataArray) -> Quantity:
-    """The quantity of a variable or coordinate, in the unit in which it is shown."""
+    """Return a variable or coordinate as a quantity, in the unit in which it is shown."""
     name = str(data.name)
     variable = VARIABLES.get(name)
     units = str(data.attrs.get("units", variable.units if variable else "1"))
     called = str(data.attrs.get("long_name", name))
     if variable is None and called in _MEANINGS:
-        # One's own, such as mu = F / N, to which xarray has handed on the attributes of F.
+        # A variable of the user, such as mu = F / N, with the attributes of F copied by xarray.
         units = "1" if units == _MEANINGS[called] else units
         called = name
     scale = SCALES.get(units, Scale(1.0, units))
@@ -117,12 +117,12 @@ def shown(data: xr.DataArray) -> Quantity:
 
 
 def shown_number(name: str, value: float) -> Quantity:
-    """The quantity of one value of a variable of the registry."""
+    """Return one value of a variable of the registry as a quantity."""
     return shown(xr.DataArray(value, name=name, attrs={"units": VARIABLES[name].units}))
 
 
 def _unit_of_k(data: xr.DataArray) -> str:
-    """The unit Pa s^(gamma+1) of k, Eq. 7, with the number where all of `data` has one gamma."""
+    """Return the unit Pa s^(gamma+1) of k, Eq. 7, as a number if all of `data` has one gamma."""
     gamma = data.coords.get("rheological_index")
     if gamma is None or np.ptp(gamma.values) > 0:
         return r"Pa$\cdot$s$^{\gamma+1}$"
@@ -131,7 +131,7 @@ def _unit_of_k(data: xr.DataArray) -> str:
 
 
 def slice_label(ds: xr.Dataset, places: Mapping[str, int]) -> str:
-    """Return what to call a point of some dimensions: the values of their parameters."""
+    """Return a label for a place along some dimensions: the values of their parameters."""
     point = ds.isel(places)
     names = [name for dim in places for name in parameters_along(ds, dim) or [dim]]
     return ", ".join(_equation(point[name]) for name in names)
@@ -150,20 +150,20 @@ def legend_label(ds: xr.Dataset, dim: str, index: int) -> str:
 
 
 def fluid(gamma: float) -> str:
-    """The kind of fluid with a rheological index."""
+    """Return the kind of fluid that has this rheological index."""
     return "Newtonian" if gamma == 0 else "pseudoplastic" if gamma < 0 else "dilatant"
 
 
 def parameters_along(ds: xr.Dataset, dim: str) -> list[str]:
-    """The parameters that vary along a dimension: one, or those that cases link."""
+    """Return the parameters that vary along a dimension: one, or those that cases link."""
     names = [str(name) for name in ds.coords if ds[name].dims == (dim,) and name in PARAMETERS]
     return sorted(names, key=lambda name: name != dim)
 
 
 def changed_parameters(ds: xr.Dataset) -> str:
-    """The fixed parameters that are not the paper's, as a sentence; empty where all are.
+    """Return a sentence on the fixed parameters that differ from the paper's; empty if none does.
 
-    Those that were fitted have one of their own, with their errors.
+    Fitted parameters have another sentence, with their errors.
     """
     fitted = set(ds["free_parameter"].values) if "free_parameter" in ds.coords else set()
     changed = [
@@ -178,7 +178,7 @@ def changed_parameters(ds: xr.Dataset) -> str:
 
 
 def typeset_units(units: str) -> str:
-    r"""A UDUNITS string in mathtext, with a slash for what is divided by; empty for `1`.
+    r"""Return a UDUNITS string in mathtext, with a slash before divisors; empty for `1`.
 
     >>> typeset_units("m3 J-1 s-1")
     'm$^{3}$/(J$\\cdot$s)'
@@ -205,7 +205,7 @@ def _raised(unit: str, power: int) -> str:
 
 
 def _number(value: float, rational: bool) -> str:
-    """A number in mathtext; thirds, sevenths and the like as fractions where `rational`."""
+    """Return a number in mathtext; if `rational`, thirds, sevenths and the like are fractions."""
     if not math.isfinite(value):
         return r"\mathrm{nan}"
     plain = f"{value:.6g}"

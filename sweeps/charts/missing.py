@@ -1,4 +1,4 @@
-"""Points without a value: never drawn, never silent."""
+"""Points without a value: charts leave them out, and notes count them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RESULT_STATUSES = [int(status) for status in Status if status.is_result]
 
 
 def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """A variable where the point has a result, NaN elsewhere whatever the file holds there."""
+    """Return a variable at the points with a result, and NaN elsewhere, whatever the file holds."""
     if name == "status":
         return ds[name].astype(float)
     absent = RESULTS[name].missing if name in RESULTS else np.nan
@@ -30,9 +30,10 @@ def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
 def value_range(
     ds: xr.Dataset, name: str, *, log: bool = False, with_zero: bool = True
 ) -> tuple[float, float]:
-    """The range of a variable's trusted values as they are shown; 0 is in it, but for a log scale.
+    """Return the range of a variable's trusted values, in the unit in which they are shown.
 
-    Without `with_zero` only where all values are the same.
+    The range includes 0 unless the scale is logarithmic. Without `with_zero` it includes 0 only if
+    all values are equal.
     """
     values = shown(trusted(ds, name)).values
     values = values[np.isfinite(values) & (values > 0 if log else True)]
@@ -47,7 +48,7 @@ def value_range(
 
 
 def missing_points(ds: xr.Dataset, names: Sequence[str] = AMPLITUDES) -> xr.DataArray:
-    """True where a point lacks a result, or an amplitude that every result has."""
+    """Return True where a point has no result, or lacks an amplitude, which every result has."""
     missing = xr.zeros_like(ds[names[0]], dtype=bool)
     for name in names:
         values = trusted(ds, name)
@@ -61,9 +62,9 @@ def missing_points(ds: xr.Dataset, names: Sequence[str] = AMPLITUDES) -> xr.Data
 def missing_notes(
     ds: xr.Dataset, names: Sequence[str], mark: str, *, log: Collection[str] = ()
 ) -> list[str]:
-    """Return sentences that count the points not drawn, by reason; none if all are drawn.
+    """Return sentences that count the points left out, by reason; none if all are drawn.
 
-    `log` names the variables that are drawn on a logarithmic scale.
+    `log` names the variables drawn on a logarithmic scale.
     """
     missing = missing_points(ds, names)
     notes = []
@@ -89,7 +90,7 @@ def missing_notes(
 
 def _reason(code: int) -> str:
     if code in RESULT_STATUSES:
-        return "without a value"  # the file contradicts itself; say so rather than hide the gap
+        return "without a value"  # the file contradicts itself, and the note must not hide that
     if code not in list(Status):
         return f"with the unknown status {code}"
     return Status(code).name.lower().replace("_", " ")

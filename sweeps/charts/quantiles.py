@@ -1,4 +1,4 @@
-"""Quantiles of results over the cases of a sample: what uncertain parameters do to a curve."""
+"""Quantiles of results over the cases of a sample: how uncertain parameters spread a curve."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from sweeps.human import counted
 QUANTILE = "quantile"
 """The dimension of quantiles."""
 
-# Of the median, and of intervals that hold 68 % and 95 % of the cases.
+# The median, and the ends of intervals that hold 68 % and 95 % of the cases.
 _LEVELS = (0.025, 0.16, 0.5, 0.84, 0.975)
 _SIDES = ("lower", "upper")  # ends of a band
 _USED = "cases_with_result"
@@ -31,11 +31,11 @@ _KEPT = ("title", "Conventions", "sample")
 def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Dataset:
     """Return the quantiles of all measured variables over the cases that have a result.
 
-    They are NaN where no case has one; `cases_with_result` counts them. Raises ValueError for a
-    result without cases, and for levels outside [0, 1].
+    `cases_with_result` counts these cases; without any the quantiles are NaN. Raises ValueError for
+    a result without cases, and for levels outside [0, 1].
     """
     if ds.sizes.get(CASE, 1) == 1:
-        raise ValueError("quantiles are those of the cases of a sample, and this result has none")
+        raise ValueError("quantiles are taken over the cases of a sample, and this result has none")
     at = np.unique(np.asarray(_LEVELS if levels is None else levels, dtype=float))
     if not at.size or not (at[0] >= 0.0 and at[-1] <= 1.0):
         raise ValueError(f"levels of quantiles lie between 0 and 1, unlike {at.tolist()}")
@@ -45,7 +45,7 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
         if variable.dtype.kind != "f" or CASE not in variable.dims:
             continue
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # where no case has a value
+            warnings.simplefilter("ignore", RuntimeWarning)  # of points without any value
             found[name] = trusted(ds, str(name)).quantile(at, dim=CASE, keep_attrs=True)
     count = with_result.sum(CASE).astype(np.int32)
     count.attrs = {"long_name": "number of cases with a result", "units": "1"}
@@ -56,12 +56,12 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
     attrs = {name: ds.attrs[name] for name in _KEPT if name in ds.attrs} | {"cases": ds.sizes[CASE]}
     made = kept.assign(found | {"status": status, _USED: count})
     made[QUANTILE].attrs = {"long_name": "level of the quantile", "units": "1"}
-    made.attrs = attrs  # the others speak of the file and its numbers
+    made.attrs = attrs  # the others describe the file and its numbers
     return made
 
 
 def asks_for_bands(ds: xr.Dataset, choice: Choice, variables: Sequence[str]) -> bool:
-    """Tell whether curves over an axis are wanted of many cases in no order: medians and bands."""
+    """Return True if the choice wants medians and bands over an axis of many cases in no order."""
     if choice.x is None or choice.y or ds.sizes.get(CASE, 1) <= MANY or not is_scattered(ds, CASE):
         return False
     if any(is_discrete(ds, name) for name in variables):
@@ -71,9 +71,9 @@ def asks_for_bands(ds: xr.Dataset, choice: Choice, variables: Sequence[str]) -> 
 
 
 def medians_of(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
-    """Return quantiles as curves: the medians, and beside them the ends of bands.
+    """Return quantiles as curves (the medians and the ends of bands), and notes that explain them.
 
-    With notes on what they are. Raises ValueError where the median is not among the quantiles.
+    Raises ValueError if the median is not among the quantiles.
     """
     levels = ds[QUANTILE].values
     if not np.isclose(levels, 0.5).any():

@@ -1,8 +1,7 @@
-"""Pictures of result and trajectory files: they draw what a Dataset holds and compute nothing.
+"""Pictures of result and trajectory files. They draw what a Dataset holds and compute nothing.
 
-`draw` chooses the picture, `save` writes it. The figures stand in `sweeps.figure_table`; the units
-of an axis come from the registry through the scale table of `sweeps.charts.labels`, the one place
-that converts Pa to MPa or m to µm.
+`draw` chooses the picture, and `save` writes it. `sweeps.figure_table` lists the figures. Only the
+scale table of `sweeps.charts.labels` converts units, such as Pa to MPa or m to µm.
 """
 
 from __future__ import annotations
@@ -25,19 +24,19 @@ __all__ = ["ENDINGS", "Look", "PlotOptions", "default_figure", "draw", "obstacle
 
 
 def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None = None) -> Figure:
-    """The picture of a dataset, drawn; `save` writes it.
+    """Return a picture of a dataset; `save` writes it.
 
     `ds` is a sweep result, or a trajectory along `elapsed_time` or along (axis, sample) with a 2-D
-    `elapsed_time`; `figure` a key of `FIGURES`, by default `default_figure(ds)`. `options` choose
-    variables and axes of a sweep's picture, or variables of a trajectory, instead of a figure by
-    name, and the style of any.
+    `elapsed_time`. `figure` is a key of `FIGURES`, by default `default_figure(ds)`. `options` set
+    the style and, instead of a figure by name, may choose variables and axes of a sweep or
+    variables of a trajectory.
 
-    Raises ValueError for an unknown name, and for a figure that the dataset has no data for.
+    Raises ValueError for an unknown name, and if the dataset lacks the data of the figure.
     """
     options = options or PlotOptions()
     look = options.look
     if figure is not None and options.asks:
-        raise ValueError("figure names a whole picture: leave it out, or variables and axes")
+        raise ValueError("figure names a whole picture; leave it out, or variables and axes")
     with styled(look.style, look.frame):
         if options.asks:
             picture = _chosen(ds, options)
@@ -66,8 +65,8 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
         names = ", ".join(f"'{name}'" for name in FIGURES if not obstacle(ds, name))
         here = "a variable or a figure" if data == "trajectory" else "a figure"
         raise ValueError(
-            f"this file holds {FIGURES[default_figure(ds)].drawn}: variables over axes are chosen "
-            f"of a sweep, and here {here} by name: {names}"
+            f"this file holds {FIGURES[default_figure(ds)].drawn}, and only a sweep has variables "
+            f"over axes; choose {here} by name: {names}"
         )
     if options.variable is None and (refused := obstacle(ds, "amplitudes")):
         raise ValueError(refused)

@@ -26,12 +26,12 @@ from sweeps.figures.style import SMALL, TEXT, new_figure, put_note, wrapped
 
 
 def amplitudes(ds: xr.Dataset) -> Figure:
-    """Curves along one long axis, maps over two, facets beyond, a table for a single point."""
+    """Curves along one long axis, maps over two, facets for further axes, a table for a point."""
     return draw_results(ds, PlotOptions())
 
 
 def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
-    """The picture that the options ask for; raises ValueError if the dataset has none such."""
+    """Return the picture that the options describe; raises ValueError if it cannot be drawn."""
     variables = variables_of(ds, options)
     ds, at = slice_at(ds.squeeze(), options.at)
     if not ds.sizes:
@@ -57,7 +57,7 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
         elif options.boundaries is None:
             figure = draw_curves(ds, layout, variables, options.scales, options.data)
         else:
-            raise ValueError("borders are drawn on maps: name the axis -y as well")
+            raise ValueError("borders are drawn on maps; name the axis -y as well")
         if is_map and options.data is not None:
             raise ValueError(
                 f"measured points are drawn over curves, and {', '.join(variables)} would be a "
@@ -77,7 +77,7 @@ _COLUMNS = (_MARGIN, 1.25, 3.2, 3.65)
 
 
 def draw_point(ds: xr.Dataset) -> Figure:
-    """The results on the left, the parameters on the right, how the point ended above."""
+    """Return a table of results on the left and parameters on the right, below how it ended."""
     results = [_row(ds, name) for name in RESULTS if name in ds.variables and name != "status"]
     parameters = [_row(ds, name) for name in PARAMETERS if name in ds.variables]
     ending = "A single point: nothing was swept."
@@ -101,8 +101,7 @@ def _row(ds: xr.Dataset, name: str) -> tuple[str, str]:
     """Return the symbol of a variable, and its value."""
     quantity = shown(trusted(ds, name) if name in RESULTS else ds[name])
     if not np.isfinite(quantity.values):
-        # Of a point with a result, what lacks does not exist: the Lyapunov exponent of a closed
-        # orbit.
+        # A point with a result lacks what does not exist: a closed orbit has no Lyapunov exponent.
         is_missing = name in AMPLITUDES or missing_points(ds).item()
         return quantity.symbol, "missing" if is_missing else "none"
     if name in KINDS or name == "orbit_periods":

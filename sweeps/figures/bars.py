@@ -1,4 +1,4 @@
-"""The picture of Sobol indices: bars for each parameter, the largest above."""
+"""The picture of Sobol indices: bars for each parameter, the largest at the top."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stickslip.variables import PARAMETERS
 from sweeps.charts.labels import VARIABLES
 from sweeps.figures.style import new_panels, palette, put_note, width_of
 
-_BAR = 0.36  # of the distance of two parameters
+_BAR = 0.36  # of the distance between two parameters
 _ORDERS = (("first_order", "first order", -0.5), ("total_order", "total", 0.5))
 
 
 def indices(ds: xr.Dataset) -> Figure:
-    """A column for each result; first-order and total index of each parameter with intervals."""
+    """A column for each result: the first-order and total indices of each parameter."""
     names = list(map(str, ds.result.values))
     size = (width_of(len(names)), 1.2 + 0.42 * ds.sizes["parameter"])
     figure, panels = new_panels(1, len(names), size, sharey=True)
@@ -32,7 +32,7 @@ def indices(ds: xr.Dataset) -> Figure:
 
 
 def _draw_bars(one: xr.Dataset, axes: Axes) -> None:
-    """Draw the bars of one result, from the lowest parameter up."""
+    """Draw the bars of one result, from the lowest parameter up, with confidence intervals."""
     places, colours = np.arange(one.sizes["parameter"]), palette().cycle
     for (order, label, side), colour in zip(_ORDERS, colours, strict=False):
         heights, (low, high) = places - side * _BAR, one[f"{order}_interval"].values.T

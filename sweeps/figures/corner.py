@@ -1,4 +1,4 @@
-"""The picture of a posterior: each free parameter, and each two of them."""
+"""The picture of a posterior: each free parameter, and each pair of them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _BINS, _INCHES = 40, 1.7
 
 
 def posterior(ds: xr.Dataset) -> Figure:
-    """Histograms of parameters along the diagonal, with 2.5, 50 and 97.5 % below; pairs beside it.
+    """Histograms of parameters on the diagonal, pairs of parameters below it.
 
-    Contours hold 68 and 95 % of the draws.
+    Lines mark 2.5, 50 and 97.5 %. Contours hold 68 and 95 % of the draws.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FutureWarning)  # of ArviZ, which it imports if it is there
+        warnings.simplefilter("ignore", FutureWarning)  # of ArviZ, which corner imports if present
         from corner import corner
 
     names = list(map(str, ds.free_parameter.values))

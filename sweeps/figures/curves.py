@@ -1,4 +1,4 @@
-"""Variables along one axis (Figs. 7-9), with measured points; the picture of a fit."""
+"""Variables over one axis (Figs. 7-9), with measured points; the picture of a fit."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ if TYPE_CHECKING:
     from sweeps.measurements import Floats, Measurements
 
 
-_FEW = 20  # points that are worth a marker each
+_FEW = 20  # up to this number of points each has a marker
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points
-_UP_AT, _HEAD = 0.6, 9.0  # part of a curve at which its arrow stands; the size of that, in points
+_UP_AT, _HEAD = 0.6, 9.0  # where on a curve its arrow is; the size of the arrow in points
 _BAND = 0.2  # opacity
-_MARGIN = 0.02  # beside a curve, in parts of its length; markers need more
+_MARGIN = 0.02  # beside a curve, as a part of its length; markers need more
 
 
 def draw_curves(
@@ -60,16 +60,16 @@ def draw_curves(
     scales: frozenset[str] = frozenset(),
     data: Measurements | None = None,
 ) -> Figure:
-    """A row of panels for each variable, which share the x axis, and a column for each facet.
+    """Draw a row of panels for each variable, which share the x axis, and a column for each facet.
 
-    A missing point is a gap in its curve and a cross in the curve's colour at the panel's top.
+    A missing point is a gap in its curve, and a cross in the same colour at the top of the panel.
     Measured points lie over the curve of their parameters.
     """
     ds, note = thinned(ds, layout.hue, MANY)
     axis = axis_of(ds, str(layout.x), log="x" in scales)
     ds = ds.isel({axis.dim: axis.order})
     drawn = facet_panels(ds, layout, variables, of_axes=False)
-    # The row of each curve's crosses: from the top, curves without a missing point skipped.
+    # The row of each curve's crosses, from the top; curves without missing points need none.
     missing = missing_points(drawn.dataset, variables)
     gaps = missing.any([dim for dim in missing.dims if dim != layout.hue]).values
     crosses = [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
@@ -126,7 +126,7 @@ def _draw_line(
 ) -> None:
     """Draw a curve, with a gap and a thin dotted vertical line in the middle of each jump.
 
-    Of the points that are `marked`, all have a marker where there are few, and otherwise those that
+    A `marked` curve of few points has a marker at each; a longer one has markers at the points that
     no line reaches.
     """
     x, y = break_line(axis, curve.values, curve.jumps)
@@ -144,7 +144,7 @@ def _draw_line(
 
 
 def _draw_arrow(axes: Axes, x: Array, curve: Curve, colour: str) -> None:
-    """Draw the head of an arrow along a curve, where no jump is: it tells the way."""
+    """Draw the head of an arrow, away from jumps, in the direction in which a curve is followed."""
     steps = np.flatnonzero(np.isfinite(curve.values[:-1] + curve.values[1:]) & ~curve.jumps)
     if not curve.way or not steps.size:
         return
@@ -157,7 +157,7 @@ def _draw_arrow(axes: Axes, x: Array, curve: Curve, colour: str) -> None:
 
 
 def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line2D]:
-    """Return a line and a label for each curve; `short` labels share a symbol and a unit."""
+    """Return a line and a label for each curve; `short` labels share one symbol and unit."""
     ways = [str(way) for way in ds[DIRECTION].values] if layout.both_ways else []
     handles: list[Line2D] = []
     if layout.hue is not None:
@@ -180,14 +180,14 @@ def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line
 
 # --- measured points over the curves of a sweep ---------------------------------------------------
 
-_SAME = 0.01  # relative: a measurement was made at the value of a panel or a curve
+_SAME = 0.01  # relative: so near, a measurement has the parameter of a panel or curve
 
 
 def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) -> int:
-    """Draw the measured values of a panel's variable; return how many are of other parameters.
+    """Draw the measured values of a panel's variable; return how many have other parameters.
 
-    Each has the colour of the curve with its value of the hue, and is white without one. Raises
-    ValueError if the data do not have the parameter of the horizontal axis.
+    A measured value has the colour of the curve with its hue, or is white if there is no hue.
+    Raises ValueError if the data lack the parameter of the horizontal axis.
     """
     along = parameters_along(panel.dataset, axis.dim)
     across = next((name for name in along if name in data.parameters), None)
@@ -226,7 +226,7 @@ def _draw_points(
         x,
         measured,
         None if data.relative else error,
-        color=BLACK,  # edges and bars: they stand out from a curve of any colour, in grey as well
+        color=BLACK,  # edges and bars stand out from a curve of any colour, in grey as well
         linestyle="none",
         marker="o",
         markersize=4.0,
@@ -250,10 +250,11 @@ _RATIOS = {"height_ratios": [3, 1]}
 
 
 def fit(ds: xr.Dataset) -> Figure:
-    """A column for each measured variable; data next to a jump are hollow.
+    """A column for each measured variable: data and fitted curve above, residuals below.
 
-    Over the swept parameter, with a curve for each value of another; data that are no curve lie
-    over their numbers, with the fitted values as crosses.
+    They lie over the swept parameter, with a curve for each value of another parameter. Data that
+    form no curve lie over their numbers, with the fitted values as crosses. Data next to a jump are
+    hollow.
     """
     names = list(dict.fromkeys(map(str, ds.datum_variable.values)))
     sweep = ds.drop_dims([str(dim) for dim in ds.sizes if dim not in ds["status"].dims])
@@ -289,7 +290,7 @@ def fit(ds: xr.Dataset) -> Figure:
 def _data_of_curves(
     ds: xr.Dataset, sweep: xr.Dataset, layout: Layout, name: str
 ) -> Iterator[tuple[Array, Array, CurveStyle]]:
-    """Yield x of the data of a variable along each curve, their numbers, and how it looks."""
+    """Yield, for each curve of a variable, x of the data, their numbers, and the style."""
     own = ds.datum_variable.values == name
     if layout.x is None:
         yield 1.0 + np.arange(own.sum()), np.flatnonzero(own), SINGLE
@@ -325,7 +326,7 @@ def _draw_data(
 
 
 def _fitted(ds: xr.Dataset) -> str:
-    """Return the fitted values as a sentence, each with the digits that its error leaves it."""
+    """Return the fitted values as a sentence, each rounded to the digits that its error allows."""
     words = []
     for name in map(str, ds.free_parameter.values):
         own = ds.sel(free_parameter=name)

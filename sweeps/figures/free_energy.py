@@ -1,4 +1,4 @@
-"""Free energy and phases of the film: Fig. 2, and the same for a film with several solids."""
+"""Free energy and phases of the film (Fig. 2), also of a film with several solid phases."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from sweeps.charts.labels import Array, shown, slice_label
 from sweeps.figures.style import COLUMN, SMALL, TEXT, line_at, line_of, new_panels
 
 _HEIGHT, _TALL = 5.2, 7.4
-_JUMP = 0.03  # a change of phase, in parts of the largest order parameter
-_MARGIN = 0.5  # of the strains at which phases change, before them
+_JUMP = 0.03  # of the largest order parameter: the least change of phase
+_MARGIN = 0.5  # shown before the first change of phase, of the range from there to the end
 _ORIGIN: dict[str, Any] = {"color": "0.8", "linewidth": 0.5, "gid": "origin"}
 _FREEZING, _MELTING = CurveStyle(BLUE, 1.4), CurveStyle(VERMILLION, 1.4)
 _THIN: dict[str, Any] = {"linewidth": 1.2}  # these curves never coincide
@@ -24,7 +24,7 @@ _ROOM = 12.0  # kelvin beside the outermost states
 
 
 def free_energy(ds: xr.Dataset) -> Figure:
-    """Above, free energies at some temperatures; below, the phases over temperature and strain."""
+    """Free energies at some temperatures above, the phases over temperature and strain below."""
     figure, panels = new_panels(2, 1, (COLUMN, _HEIGHT))
     above, below = panels[:, 0]
     _draw_energies(above, ds)
@@ -36,7 +36,7 @@ def free_energy(ds: xr.Dataset) -> Figure:
 
 
 def landscape(ds: xr.Dataset) -> Figure:
-    """The free energy, the equilibria over the strain, and the film under a slow ramp of it."""
+    """The free energy, the equilibria over the strain, and the film under a slow ramp of strain."""
     figure, panels = new_panels(3, 1, (COLUMN, _TALL))
     above, middle, below = panels[:, 0]
     _draw_energies(above, ds, enlarged=False)
@@ -60,7 +60,7 @@ def _draw_energies(axes: Axes, ds: xr.Dataset, *, enlarged: bool = True) -> None
     for line in _energies(ds, phi.values, energy.values):
         axes.add_line(line)
     depth = max(-float(energy.values.min()), 1e-3 * float(energy.values.max()))
-    axes.set_ylim(-1.3 * depth, 2.2 * depth)  # the deepest minimum, and what rises above it
+    axes.set_ylim(-1.3 * depth, 2.2 * depth)  # the deepest minimum, and the barriers above it
     axes.set_xlim(0.0, float(phi.values[-1]))
     axes.set_xlabel(phi.label, fontsize=TEXT)
     axes.set_ylabel(energy.label, fontsize=TEXT)
@@ -74,7 +74,7 @@ def _draw_energies(axes: Axes, ds: xr.Dataset, *, enlarged: bool = True) -> None
 
 
 def _name_of_energies(ds: xr.Dataset) -> str:
-    """Return the strain, and the temperature where there is one only and hence no legend."""
+    """Return the strain; also the temperature if there is only one, and hence no legend."""
     strain = shown(ds["applied_strain"].rename("elastic_strain")).equation
     alone = f"{slice_label(ds, {'temperature': 0})}, " if ds.sizes["temperature"] == 1 else ""
     return f"(a) {alone}{strain}"
@@ -90,13 +90,13 @@ def _energies(ds: xr.Dataset, phi: Array, energy: Array) -> list[Line2D]:
 
 
 def _has_barrier(energy: Array) -> bool:
-    """Tell whether the energy first rises, then falls: a maximum between two minima."""
+    """Return True if the energy rises, then falls: a maximum between two minima."""
     slopes = np.diff(energy)
     return bool(slopes[0] > 0 and (slopes < 0).any())
 
 
 def _put_barrier(axes: Axes, line: Line2D, phi: Array, energy: Array) -> None:
-    """Both minima and the maximum between them, enlarged: against the rest they are small."""
+    """Draw both minima and the maximum between them, enlarged, for they are small."""
     falls = np.diff(energy) < 0
     top, bottom = int(np.argmax(falls)), len(falls) - int(np.argmax(falls[::-1]))
     low, high = min(float(energy[bottom]), 0.0), float(energy[top])
@@ -113,7 +113,7 @@ def _put_barrier(axes: Axes, line: Line2D, phi: Array, energy: Array) -> None:
 
 
 def _draw_equilibria(axes: Axes, ds: xr.Dataset) -> None:
-    """Order parameters at which the film is stationary, and those at which it stays."""
+    """Draw the order parameters of stable and unstable equilibria of the film."""
     phi, strain = shown(ds["order_parameter"]), shown(ds["equilibrium_strain"])
     freezing = shown(ds["solidification_strain"]).values
     axes.axvline(float(shown(ds["applied_strain"]).values), **_ORIGIN)
@@ -131,7 +131,7 @@ def _draw_equilibria(axes: Axes, ds: xr.Dataset) -> None:
 
 
 def _draw_ramps(axes: Axes, ds: xr.Dataset) -> None:
-    """The film under a strain that slowly rises, and falls again; arrows where it changes."""
+    """Draw the film under a strain that slowly rises and falls, with arrows at changes of phase."""
     eps, phi = shown(ds["ramped_strain"]), shown(ds["ramped_order_parameter"])
     for index, colour in _coloured(ds):
         for direction, values in enumerate(phi.values[index]):
@@ -145,7 +145,7 @@ def _draw_ramps(axes: Axes, ds: xr.Dataset) -> None:
 
 
 def _coloured(ds: xr.Dataset) -> list[tuple[int, str]]:
-    """The positions of the temperatures, each with its colour."""
+    """Return the index of each temperature, with its colour."""
     count = ds.sizes["temperature"]
     return [(index, line_at(Hue(index, count)).colour) for index in range(count)]
 
@@ -157,7 +157,7 @@ def _put_arrow(axes: Axes, x: float, begin: float, end: float, colour: str) -> N
 
 
 def _strains(ds: xr.Dataset) -> tuple[float, float]:
-    """From a little below the first strain at which anything happens to the largest."""
+    """Return the limits: a little below the first change of phase, and the largest strain."""
     freezing, melting, ramp = (
         shown(ds[f"{name}_strain"]).values for name in ("solidification", "melting", "ramped")
     )
@@ -188,7 +188,7 @@ def _draw_phases(axes: Axes, ds: xr.Dataset) -> None:
 
 
 def _name_phases(axes: Axes, ds: xr.Dataset, eps: Array, freezing: Array, melting: Array) -> None:
-    """The phases in their places, and at each border the temperature and the strain that it is."""
+    """Write the name of each phase into it, and beside each border its symbols."""
     text: dict[str, Any] = {"fontsize": SMALL, "ha": "center", "va": "center"}
     low, right = 0.2 * eps[-1], axes.get_xlim()[1]
     axes.text((freezing.min() + freezing.max()) / 2.0, low, "solid", **text)

@@ -1,4 +1,4 @@
-"""The options of a picture: its look, what is chosen of a sweep, and what is drawn over it."""
+"""The options of a picture: its look, the choice of what it shows, and what is drawn over it."""
 
 from __future__ import annotations
 
@@ -28,14 +28,13 @@ Range = tuple[float | None, float | None]
 class Look:
     """Choices for a picture that do not change its content.
 
-    `size` is in inches, all of the picture; `xlim`, `ylim` and `clim`, of the colours, are in the
-    units shown, with None for an end that is left alone. `letters` names panels (a), (b), ...,
-    or from another letter on; `note` is the small print. `style` is a style file. With `axes` a
-    picture of one panel is drawn into them, with the settings of matplotlib that they were made
-    with.
+    `size` is the size of the whole picture in inches. `xlim`, `ylim` and `clim` (of the colours)
+    are in shown units; None leaves an end as it is. `letters` names the panels (a), (b), ..., or
+    from another letter on. `note` keeps the small print, and `style` is a style file. A picture of
+    one panel can be drawn into given `axes`, which keep their settings of matplotlib.
 
-    Raises ValueError for a size that is not positive, limits that are not finite or do not rise,
-    and no letter.
+    Raises ValueError for a size that is not positive, for limits that are not finite or do not
+    rise, and for `letters` that are not a letter.
     """
 
     size: tuple[float, float] | None = None
@@ -49,7 +48,7 @@ class Look:
     axes: Axes | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        """Raise ValueError for an impossible size, limits or letters."""
+        """Raise ValueError for an impossible size, limit or letter."""
         for name in ("size", "xlim", "ylim", "clim"):
             pair = getattr(self, name)
             if pair is not None and (not isinstance(pair, Sequence) or len(pair) != 2):
@@ -67,12 +66,12 @@ class Look:
 
     @property
     def frame(self) -> Frame:
-        """The part of the choices that drawing needs."""
+        """The choices that drawing needs."""
         return Frame(self.size, self.note, self.axes)
 
 
 def size_of(text: str) -> tuple[float, float]:
-    """Return the size that a text such as `3.37x2.5` means; raises ValueError."""
+    """Return the size written as a text such as `3.37x2.5`; raises ValueError for other texts."""
     try:
         width, height = (float(part) for part in text.lower().split("x"))
     except ValueError:
@@ -83,7 +82,7 @@ def size_of(text: str) -> tuple[float, float]:
 
 
 def range_of(text: str) -> Range:
-    """Return the limits that a text such as `0:3`, `:3` or `0:` means; raises ValueError."""
+    """Return the limits written as `0:3`, `:3` or `0:`; raises ValueError for other texts."""
     try:
         low, high = (float(part) if part.strip() else None for part in text.split(":"))
     except ValueError:
@@ -94,7 +93,7 @@ def range_of(text: str) -> Range:
 def finish(figure: Figure, look: Look) -> None:
     """Set the limits, letters and title of a picture.
 
-    Raises ValueError for limits that a logarithmic scale does not have.
+    Raises ValueError for limits that are impossible on a logarithmic scale.
     """
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     panels = [look.axes] if look.axes else panels
@@ -103,13 +102,13 @@ def finish(figure: Figure, look: Look) -> None:
         _require_positive("ylim", look.ylim, logarithmic=axes.get_yscale() == "log")
         axes.set_xlim(*look.xlim)
         axes.set_ylim(*look.ylim)
-        for drawn in axes.collections:  # the colours of kinds have no ends
+        for drawn in axes.collections:  # the colours of kinds have no limits
             if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
                 _require_positive("clim", look.clim, logarithmic=isinstance(drawn.norm, LogNorm))
                 drawn.set_clim(*look.clim)
     if look.letters:
         first = 0 if look.letters is True else ascii_lowercase.index(look.letters)
-        # Left of the panel's upper corner, where no curve is.
+        # To the left of the upper corner of the panel, where there is no curve.
         corner: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
         corner |= {"xytext": (-2.0, 2.0), "ha": "right", "va": "bottom"}
         for letter, axes in zip(ascii_lowercase[first:], panels, strict=False):
@@ -127,9 +126,9 @@ def _require_positive(name: str, limits: Range, *, logarithmic: bool) -> None:
 
 @dataclass(frozen=True)
 class PlotOptions(Choice):
-    """A choice, `boundaries` to draw on a map, and `data` (measurements) to draw over curves.
+    """A choice, `boundaries` to draw on a map, and measured `data` to draw over curves.
 
-    The `look` changes nothing of that.
+    The `look` does not change what is drawn.
     """
 
     boundaries: xr.Dataset | None = None
@@ -138,11 +137,11 @@ class PlotOptions(Choice):
 
     @property
     def asks(self) -> bool:
-        """True if any option chooses what is drawn."""
+        """True if the user chose what is drawn."""
         return bool(self.variable) or bool(self.at) or self.asks_for_axes
 
     @property
     def asks_for_axes(self) -> bool:
-        """True if any option is chosen that only a picture of a sweep has."""
+        """True if the user set an option that only pictures of sweeps have."""
         over = self.boundaries is not None or self.data is not None
         return super().asks_for_axes or over

@@ -37,7 +37,7 @@ _BORDER_WIDTH = 1.0  # points: well above the 0.4 between pixels
 def shades_of(colours: Colours) -> dict[str, Any]:
     """Return the colours of a variable as arguments of `pcolormesh` and `scatter`.
 
-    They are those of the settings of matplotlib; all that shares a scale has the same norm.
+    They follow the settings of matplotlib. Everything on one scale has the same norm.
     """
     cmap: Colormap = colormaps[mpl.rcParams["image.cmap"]]
     if not colours.codes:
@@ -52,7 +52,7 @@ def shades_of(colours: Colours) -> dict[str, Any]:
 
 
 def legend_of(colours: Colours) -> list[Line2D]:
-    """Return a square and a name for each kind; nothing for numbers, which have a colour bar."""
+    """Return a square and a name for each kind; nothing for numbers, which get a colour bar."""
     if not colours.is_named:
         return []
     squares = zip(colours.kinds, colours.names, strict=True)
@@ -65,7 +65,7 @@ def legend_of(colours: Colours) -> list[Line2D]:
 def draw_scale(
     colours: Colours, shades: Mapping[str, Any], figure: Figure, beside: Sequence[Axes]
 ) -> None:
-    """Draw a colour bar beside some panels, where the colours are numbers."""
+    """Draw a colour bar beside some panels, unless the colours are kinds."""
     if colours.is_named:
         return
     bar = figure.colorbar(ScalarMappable(**shades), ax=list(beside), pad=0.02, aspect=25)
@@ -86,10 +86,10 @@ def draw_maps(
     scales: frozenset[str] = frozenset(),
     borders: xr.Dataset | None = None,
 ) -> Figure:
-    """A map of each variable on the same axes, a column of them for each facet, with one scale.
+    """Draw a map of each variable, all on the same axes, and a column of maps for each facet.
 
-    A missing point is grey; a line parts cells of different kinds or counts, unless there are
-    computed `borders`. Raises ValueError if these are of another map.
+    Missing points are grey. A line separates cells of different kinds or counts, unless there are
+    computed `borders`. Raises ValueError if these belong to another map.
     """
     if layout.y is None:
         ds = ds.expand_dims(STRIP)
@@ -140,7 +140,7 @@ def _draw_map(panel: Panel, chart: Cells, shades: Mapping[str, Any], *, parted: 
 
 
 def _edges(codes: Array, x: Array, y: Array) -> LineCollection:
-    """The edges between cells (y, x) of different codes."""
+    """Return the edges between cells (y, x) of different codes."""
     rows, columns = np.nonzero(codes[:, 1:] != codes[:, :-1])
     upright = [[(x[j + 1], y[i]), (x[j + 1], y[i + 1])] for i, j in zip(rows, columns, strict=True)]
     rows, columns = np.nonzero(codes[1:] != codes[:-1])
@@ -151,15 +151,15 @@ def _edges(codes: Array, x: Array, y: Array) -> LineCollection:
 def _draw_borders(
     panels: Sequence[Panel], borders: xr.Dataset, across: Axis, up: Axis
 ) -> list[Line2D]:
-    """Draw the borders on those panels that have the values of the other parameters.
+    """Draw the borders on the panels whose other parameters they have.
 
-    Return a line and a label for each type of border; nothing where all are of one. Raises
-    ValueError if they are borders over other axes, or of no panel.
+    Return a line and a label for each type of border; nothing if all have one type. Raises
+    ValueError for borders over other axes, or of no panel.
     """
     over = border_axes(borders)
     if {across.dim, up.dim} != set(over) or across.names or up.names:
         raise ValueError(
-            f"these borders were computed over {' and '.join(over)}: choose those axes"
+            f"these borders were computed over {' and '.join(over)}; choose those axes"
         )
     parts = list(border_parts(borders, across.dim, up.dim))
     lines = [places for places, _, _ in parts]

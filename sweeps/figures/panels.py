@@ -1,4 +1,4 @@
-"""The panels of a picture: a row for each variable or value of a short axis, a column a facet."""
+"""The panels of a picture: rows of variables or values of a short axis, columns of facets."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from sweeps.figures.style import new_panels, width_of, wrapped
 
 _MOST_ROWS = 6  # rows of panels that still fit on a page
 _MOST_WRAPPED = 9  # facets of a single variable, in rows of three
-_ROW, _FRAME = 2.1, 0.6  # inches: a row of panels, what is above and below them
-_TALLEST = 9.0  # inches: of a page
+_ROW, _FRAME = 2.1, 0.6  # inches: a row of panels; the space above and below all panels
+_TALLEST = 9.0  # inches: the height of a page
 
 
 class Panel(NamedTuple):
-    """A panel, and the slice and variable that it shows."""
+    """A panel with the slice and variable that it shows."""
 
     axes: Axes
     dataset: xr.Dataset
@@ -29,7 +29,7 @@ class Panel(NamedTuple):
 
 
 class Panels(NamedTuple):
-    """The panels of a figure, all that they show, and notes on the facets left out."""
+    """The panels of a figure, the data of all of them, and notes on the facets left out."""
 
     figure: Figure
     panels: list[Panel]
@@ -37,16 +37,16 @@ class Panels(NamedTuple):
     notes: list[str]
 
     def of(self, variable: str) -> list[Panel]:
-        """The panels of one variable."""
+        """Return the panels of one variable."""
         return [panel for panel in self.panels if panel.variable == variable]
 
 
 def facet_panels(
     ds: xr.Dataset, layout: Layout, variables: Sequence[str], *, of_axes: bool
 ) -> Panels:
-    """Panels for the facets and variables of a picture; facets of one row are wrapped.
+    """Return panels for the facets and variables of a picture; facets of a single row wrap.
 
-    `of_axes` says that what goes up is an axis of the sweep, the same for all variables.
+    With `of_axes` the vertical axis is an axis of the sweep, the same for all variables.
     """
     wraps = len(variables) == 1 and layout.row is None
     ds, fewer = thinned(ds, layout.col, _MOST_WRAPPED if wraps else MOST_FACETS)
@@ -73,7 +73,7 @@ def facet_panels(
 
 def label_axes(panels: Panels, across: str, up: Sequence[str]) -> None:
     """Label the horizontal axis of each column and the vertical one of each row (`up`, in turn)."""
-    if len(panels.panels) == 1:  # maybe in a figure of somebody else
+    if len(panels.panels) == 1:  # perhaps in a figure of the user
         (panel,) = panels.panels
         panel.axes.set_ylabel(up[0])
         if panel.axes.xaxis.get_tick_params().get("labelbottom", True):

@@ -1,4 +1,4 @@
-"""Writing a picture: the same figure gives the same bytes."""
+"""Writing a picture, so that the same figure always gives the same bytes."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from sweeps.figures.style import styled
 from sweeps.files.atomic import replacing
 
 ENDINGS = (".png", ".pdf", ".svg")
-_USUAL = (".png", ".pdf")  # what is written where no ending is given
+_USUAL = (".png", ".pdf")  # written for a path without an ending
 _WRITER = "stickslip figure"
-# What changes between two runs, the date, or between two installations, versions, is left out.
+# Without the date, which differs between runs, and versions, which differ between installations.
 _ANONYMOUS: dict[str, dict[str, str | None]] = {
     ".png": {"Software": _WRITER},
     ".pdf": {"CreationDate": None, "Creator": _WRITER, "Producer": None},
@@ -31,11 +31,11 @@ _MARKS = {
 
 
 def save(figure: Figure, path: Path, look: Look | None = None) -> list[Path]:
-    """Write a figure and return the files, complete or not written at all.
+    """Write a figure and return the files. Each is written completely or not at all.
 
-    A path with the ending `.png`, `.pdf` or `.svg` is that file, any other the stem of a PNG and a
-    PDF. `look` is that which the figure was drawn with. Raises OSError, and ValueError where the
-    figure is too small for what it holds.
+    A path with the ending `.png`, `.pdf` or `.svg` is one file; any other is the stem of a PNG and
+    a PDF. `look` must be the one that the figure was drawn with. Raises OSError, and ValueError if
+    the figure is too small for its content.
     """
     pictures = rendered(figure, path, look)
     for target, picture in pictures.items():
@@ -46,7 +46,7 @@ def save(figure: Figure, path: Path, look: Look | None = None) -> list[Path]:
 
 
 def pictures_of(path: Path) -> list[Path]:
-    """Return a picture's files: the one with an extension, or the PNG and PDF of a stem."""
+    """Return the files of a picture: a path with an ending, or the PNG and PDF of a stem."""
     # Not with_suffix: a stem like T=1.5 has no ending to replace.
     both = [path.with_name(path.name + suffix) for suffix in _USUAL]
     return [path] if path.suffix.lower() in ENDINGS else both
@@ -69,13 +69,13 @@ def rendered(figure: Figure, path: Path, look: Look | None = None) -> dict[Path,
 
 
 def is_picture_of_ours(path: Path) -> bool:
-    """Tell whether a file is a picture that this program drew, which it may draw anew."""
+    """Return True if this program drew the picture in a file, so that it may replace it."""
     mark = _MARKS.get(path.suffix.lower())
     return mark is not None and path.is_file() and mark in path.read_bytes()
 
 
 def _lay_out(figure: Figure) -> None:
-    """Give the panels their places; raises ValueError where nothing is left for them."""
+    """Lay out the panels; raises ValueError if there is no room for them."""
     with warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied", UserWarning)
         try:
@@ -89,9 +89,9 @@ def _lay_out(figure: Figure) -> None:
 
 
 def displayed(figure: Figure, look: Look | None = None) -> Figure:
-    """Return the figure so that a notebook shows it, although pyplot does not know it.
+    """Return the figure in a form that a notebook shows, although pyplot does not know it.
 
-    Its `savefig` has the settings that it was drawn with, TrueType fonts among them.
+    Its `savefig` uses the settings that it was drawn with, such as TrueType fonts.
     """
     savefig = figure.savefig
 

@@ -1,4 +1,4 @@
-"""Linked cases in no order, such as random ones: points against each parameter that they vary."""
+"""Linked cases in no order, such as random ones: points over each parameter that they vary."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from sweeps.figures.maps import draw_scale, legend_of, shades_of
 from sweeps.figures.style import PAGE, make_logarithmic, new_panels, put_legend, put_note, width_of
 from sweeps.grid import CASE
 
-_ROW, _FRAME = 2.0, 0.7  # inches: a row of panels, what is above and below them
-_AREA = 9.0  # square points of a dot where there are few; many are smaller
+_ROW, _FRAME = 2.0, 0.7  # inches: a row of panels; the space above and below all panels
+_AREA = 9.0  # square points: the area of a dot among few; many dots are smaller
 
 
 def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> tuple[Figure, str]:
-    """A panel for each variable and parameter, and where other axes are cut.
+    """Return a panel for each variable and parameter, and a note on where other axes are cut.
 
-    A point has the colour of its regime; over two parameters, or of kinds, that of its value.
+    The colour of a point shows its regime or, over two parameters, the value of the variable.
     """
     if options.hue or options.row or options.col:
-        raise ValueError("cases in no order are points over x and y: they have no hue, row or col")
+        raise ValueError("cases in no order are points over x and y, without hue, row or col")
     ds, middle = slice_in_the_middle(ds, [str(dim) for dim in ds.sizes if dim != CASE])
     rows = _clouds(ds, variables, options)
     figure, panels = _panels(rows)
@@ -54,7 +54,7 @@ def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> t
 
 
 def pairs(ds: xr.Dataset) -> Figure:
-    """The varied parameters of a sample against each other: where each kind of motion lies.
+    """The kinds of motion over each pair of the parameters that a sample varies.
 
     Raises ValueError for a result without cases in no order that vary two parameters or more.
     """
@@ -84,7 +84,7 @@ def pairs(ds: xr.Dataset) -> Figure:
 
 
 def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[list[Cloud]]:
-    """A list for each variable: over each parameter, or coloured by it over two of them."""
+    """Return a list of clouds for each variable: it is the height, or the colour over two axes."""
     along = parameters_along(ds, CASE)
     x, y = (canonical_name(name) if name else None for name in (options.x, options.y))
     if y is None and is_discrete(ds, variables[0]) and len(along) > 1:
@@ -92,7 +92,7 @@ def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[l
     across = [x] if x else [name for name in along if name != y]
     rows = []
     for variable in variables:
-        # Without colours where the file does not have what the points are coloured by.
+        # Without colours if the file lacks the variable that gives the points their colours.
         name, log = variable if y else "regime", "z" in options.scales and bool(y)
         colours = colours_of(ds, name, log=log) if name in ds else None
         pairs = ((name, y or variable) for name in across)
@@ -101,7 +101,7 @@ def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[l
 
 
 def _panels(rows: list[list[Cloud]]) -> tuple[Figure, list[list[Axes]]]:
-    """Panels for the clouds: those of each variable in lines of their own."""
+    """Return the panels of the clouds, with new lines for each variable."""
     count = len(rows[0])
     across = _across(count)
     down = math.ceil(count / across)
@@ -116,12 +116,12 @@ def _panels(rows: list[list[Cloud]]) -> tuple[Figure, list[list[Axes]]]:
 
 
 def _across(count: int) -> int:
-    """Return the number of panels of a variable that are side by side."""
+    """Return the number of panels of a variable in a line."""
     return count if count <= 4 else 3
 
 
 def _draw_cloud(axes: Axes, cloud: Cloud, shades: Mapping[str, Any] | None) -> None:
-    """Draw points in their colours; black ones where the file does not know what colours them."""
+    """Draw points in their colours, or in black if there are none."""
     axes.scatter(
         cloud.x,
         cloud.y,

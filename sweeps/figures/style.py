@@ -1,7 +1,7 @@
 """The common style of all pictures: settings, colours, lines, empty panels, legends, notes.
 
-The object-oriented API with the Agg canvas needs no pyplot. Matplotlib's settings are global, so
-they are those of the house, and of a style file, only while `styled` lasts, in one thread.
+The object-oriented API with the Agg canvas needs no pyplot. The settings of matplotlib are global,
+so `styled` changes them to the house style and a style file for a time, in one thread.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ HOUSE: dict[str, Any] = {
     "legend.frameon": False,
     "savefig.dpi": 200,
 }
-# Not for a style file to change: journals reject Type 3 fonts, words in an SVG stay words, and the
-# names inside an SVG are the same in every run.
+# A style file does not change these: journals reject Type 3 fonts, words in an SVG stay words, and
+# the names inside an SVG are the same in every run.
 OUTPUT: dict[str, Any] = {
     "pdf.fonttype": 42,
     "ps.fonttype": 42,
@@ -65,19 +65,19 @@ OUTPUT: dict[str, Any] = {
     "svg.hashsalt": "stickslip",
 }
 
-# Windows, toolbars and the like: matplotlib warns of them in a style.
+# Windows, toolbars and the like, about which matplotlib warns if a style sets them.
 _NO_STYLE = (
     *("backend", "webagg", "interactive", "toolbar", "timezone", "docstring", "date.epoch", "tk."),
     *("figure.raise_window", "figure.max_open_warning", "savefig.directory"),
 )
 
-# A space outside of mathtext, and not between a number and its unit.
+# A space outside mathtext that is not between a number and its unit.
 _BETWEEN_WORDS = re.compile(r"(?<!\$) (?=(?:[^$]*\$[^$]*\$)*[^$]*$)")
 _MARGIN = 0.1  # inches, left and right of small print
-_LINE = 1.35  # font sizes: the distance of two lines
+_LINE = 1.35  # font sizes: from one line to the next
 _HANDLE, _PAD, _GAP = 2.6, 0.8, 1.2  # of a legend, in font sizes
-_SHORT_HANDLE, _SHORT_PAD, _SHORT_GAP = 1.7, 0.4, 0.9  # where there is little room
-_MOST_LEGEND = 0.16  # of the height of a picture whose size is given
+_SHORT_HANDLE, _SHORT_PAD, _SHORT_GAP = 1.7, 0.4, 0.9  # for a legend with little room
+_MOST_LEGEND = 0.16  # of the height of a picture of fixed size
 _ABOVE = "above"  # the mark of a legend above given axes
 
 _settings = threading.RLock()
@@ -85,7 +85,7 @@ _settings = threading.RLock()
 
 @dataclass(frozen=True)
 class Frame:
-    """What a picture is drawn into: a figure of its own size, with small print, or given ones."""
+    """Where a picture is drawn: into a figure of its usual or a fixed size, or into given axes."""
 
     size: tuple[float, float] | None = None
     note: bool = True
@@ -98,10 +98,10 @@ _frame: ContextVar[Frame] = ContextVar("frame", default=_USUAL)
 
 @contextlib.contextmanager
 def styled(file: Path | None = None, frame: Frame | None = None) -> Iterator[None]:
-    """Matplotlib's settings are those of the house and of a style file; then what they were.
+    """Change the settings of matplotlib to the house style and a style file for a time.
 
-    Given axes keep the settings that they were made with. Raises ValueError if the file is none
-    that matplotlib understands.
+    Given axes keep the settings that they were made with. Raises ValueError if matplotlib does not
+    understand the file.
     """
     own = {} if file is None else style_settings(file)
     frame = frame or _USUAL
@@ -117,7 +117,7 @@ def styled(file: Path | None = None, frame: Frame | None = None) -> Iterator[Non
 
 
 def style_settings(file: Path) -> dict[str, Any]:
-    """Return the settings of a style file or, where there is none, of matplotlib's style."""
+    """Return the settings of a style file or, if there is no such file, of a style by name."""
     remedy = "it has lines such as `font.size: 9`"
     try:
         _require_settings(file)
@@ -126,7 +126,7 @@ def style_settings(file: Path) -> dict[str, Any]:
         if str(file) not in mpl_style.library:
             hint = did_you_mean(str(file), mpl_style.library)
             raise ValueError(
-                f"the style file {file} does not exist, nor has matplotlib such a style{hint}"
+                f"the style file {file} does not exist, nor is it a style of matplotlib{hint}"
             ) from None
         found = mpl_style.library[str(file)]
     except (OSError, ValueError) as error:
@@ -135,7 +135,7 @@ def style_settings(file: Path) -> dict[str, Any]:
 
 
 def _require_settings(file: Path) -> None:
-    """Raise ValueError if a line sets nothing: matplotlib would only warn of it."""
+    """Raise ValueError for a line that sets nothing, of which matplotlib would only warn."""
     for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
         name, colon, _ = line.partition("#")[0].partition(":")
         if name.strip() and (not colon or name.strip() not in mpl.rcParams):
@@ -144,34 +144,34 @@ def _require_settings(file: Path) -> None:
 
 
 def line_of(style: CurveStyle) -> dict[str, Any]:
-    """Return the arguments of `Axes.plot`; a thinner line lies over a thicker one."""
+    """Return the arguments of `Axes.plot`, with thinner lines above thicker ones."""
     return {
         "color": style.colour,
         "linewidth": style.width,
         "linestyle": style.dashes,
         "zorder": 3.0 - 0.1 * style.width,
         "markersize": style.width + 1.4,
-        "solid_capstyle": "butt",  # projecting caps would narrow the gap of a missing point
+        "solid_capstyle": "butt",  # projecting caps would narrow the gap at a missing point
     }
 
 
 def palette() -> Palette:
-    """Return the colours of curves in the settings, which a style file may change."""
+    """Return the colours of curves in the present settings, which a style file may change."""
     colours = mpl.rcParams["axes.prop_cycle"].by_key().get("color", [BLACK])
     cmap = mpl.colormaps[mpl.rcParams["image.cmap"]]
     return Palette(colours, lambda place: to_hex(cmap(place)))
 
 
 def line_at(hue: Hue) -> CurveStyle:
-    """Return the style of a curve, in the colours of the settings."""
+    """Return the style of a curve in the colours of the present settings."""
     return curve_style(hue, palette())
 
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:
-    """An empty figure of `size` inches, unless another is asked, with a canvas of its own."""
+    """Return an empty figure of `size` inches, unless the user chose a size, with its canvas."""
     frame = _frame.get()
     if frame.axes is not None:
-        raise ValueError("this picture is a figure of its own: leave ax out")
+        raise ValueError("this picture is a whole figure; leave ax out")
     figure = Figure(figsize=frame.size or size, layout=layout)  # type: ignore[arg-type]
     FigureCanvasAgg(figure)
     return figure
@@ -180,17 +180,17 @@ def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:
 def new_panels(
     rows: int, columns: int, size: tuple[float, float], **share: Any
 ) -> tuple[Figure, np.ndarray[Any, np.dtype[Any]]]:
-    """An empty figure of `size` inches and its panels as an array (rows, columns).
+    """Return an empty figure of `size` inches and its panels as an array (rows, columns).
 
-    Raises ValueError where axes were given, and one panel is not enough.
+    Raises ValueError if the user gave axes and one panel is not enough.
     """
     axes = _frame.get().axes
     if axes is not None and rows * columns == 1:
         return axes.figure, np.array([[axes]])  # type: ignore[return-value] # or a part of a figure
     if axes is not None:
         raise ValueError(
-            f"ax takes a picture of one panel, and this has {rows * columns}: choose one variable, "
-            "and cut the other axes with at"
+            f"ax takes a picture of one panel, and this one has {rows * columns}; choose one "
+            "variable, and cut the other axes with at"
         )
     figure = new_figure(size, layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, **share)
@@ -201,12 +201,12 @@ def new_panels(
 
 
 def width_of(columns: int) -> float:
-    """The width in inches of a figure with so many columns of panels."""
+    """Return the width in inches of a figure with this number of columns."""
     return COLUMN if columns == 1 else min(PAGE, 1.0 + 2.0 * columns)
 
 
 class _LogFormatter(LogFormatterSciNotation):
-    """Plain numbers where an axis spans less than two decades of usual ones: 200, not 2 x 10^2."""
+    """Plain numbers on an axis of less than two decades of usual numbers: 200, not 2 x 10^2."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the text of a tick; empty if matplotlib would omit it."""
@@ -217,21 +217,21 @@ class _LogFormatter(LogFormatterSciNotation):
 
 
 def make_logarithmic(axes: Axes, directions: Sequence[str]) -> None:
-    """Logarithmic axes in the `directions` x and y."""
+    """Make axes logarithmic in the `directions` x and y."""
     for direction in directions:
         axes.set(**{f"{direction}scale": "log"})
         name_ticks(axes.xaxis if direction == "x" else axes.yaxis)
 
 
 def name_ticks(axis: Axis) -> None:
-    """Plain numbers at the ticks of a logarithmic axis, where it is short."""
+    """Write plain numbers at the ticks of a logarithmic axis, if it is short."""
     axis.set_major_formatter(_LogFormatter())
     axis.set_minor_formatter(_LogFormatter(labelOnlyBase=False))
     axis.set_tick_params(which="minor", labelsize=SMALL)
 
 
 def wrapped(figure: Figure, text: str, inches: float, size: str = TEXT) -> str:
-    """A text in lines of at most so many inches, broken between words."""
+    """Return a text broken between words into lines no wider than this number of inches."""
     lines = [""]
     for word in _BETWEEN_WORDS.split(text):
         longer = f"{lines[-1]} {word}".strip()
@@ -255,11 +255,11 @@ def put_legend(
     above: bool = False,
     short: Sequence[Line2D] = (),
 ) -> None:
-    """A legend above the panels, where it cannot hide a curve; the figure grows by its height.
+    """Put a legend above the panels, where it cannot hide a curve; the figure grows by its height.
 
-    One whose size is given cannot grow: where the legend would take much of it, it has the `short`
-    handles, which say the same in fewer words, and small print. Given axes have it inside, or
-    `above` them: maps and oscillations leave no place inside.
+    A figure of fixed size cannot grow. If the legend would fill much of it, the legend has small
+    print and the `short` handles, which say the same in fewer words. Given axes have the legend
+    inside, or `above` them, because maps and oscillations leave no room inside.
     """
     axes = _frame.get().axes
     if axes is not None and not above:
@@ -283,7 +283,7 @@ def put_legend(
 def _in_columns(
     figure: Figure, handles: Sequence[Line2D], inches: float, *, short: bool = False
 ) -> dict[str, Any]:
-    """The arguments of a legend in as many columns as fit."""
+    """Return the arguments of a legend in as many columns as fit."""
     labels = [str(handle.get_label()) for handle in handles]
     length = _SHORT_HANDLE if short else _HANDLE
     pad, gap, size = (_SHORT_PAD, _SHORT_GAP, SMALL) if short else (_PAD, _GAP, TEXT)
@@ -307,9 +307,9 @@ def _in_columns(
 
 
 def put_title(figure: Figure, title: str) -> None:
-    """A title above the panels and their legend; the figure grows by its height.
+    """Put a title above the panels and their legend; the figure grows by its height.
 
-    Control characters, which no font has, are spaces.
+    Control characters, which no font has, become spaces.
     """
     title = "".join(c if c.isprintable() or c == "\n" else " " for c in title)
     if (axes := _frame.get().axes) is not None:
@@ -321,7 +321,7 @@ def put_title(figure: Figure, title: str) -> None:
         return
     text = wrapped(figure, title, figure.get_figwidth() - 2 * _MARGIN)
     _grow(figure, text.count("\n") + 1, TEXT)
-    if figure.legends:  # the layout would print a title of the figure over it
+    if figure.legends:  # over which the layout would print a title of the figure
         _entitle(figure.legends[0], text, TEXT)
     else:
         figure.suptitle(text, fontsize=TEXT)
@@ -333,14 +333,14 @@ def _entitle(legend: Legend, title: str, size: Any) -> None:
 
 
 def has_small_print() -> bool:
-    """Tell whether notes are shown; given axes have no place for them."""
+    """Return True if notes are shown; given axes have no room for them."""
     return _frame.get().axes is None
 
 
 def put_note(figure: Figure, sentences: Sequence[str]) -> None:
-    """Small print below the panels, under what is there already; the figure grows by its height.
+    """Add small print below the panels and any earlier small print; the figure grows by its height.
 
-    None in given axes, and where none is wanted.
+    Given axes have no small print, nor do figures whose user does not want it.
     """
     if _frame.get().axes is not None or not _frame.get().note:
         return
@@ -359,5 +359,5 @@ def _grow(figure: Figure, lines: int, size: str) -> None:
 
 
 def _inches(size: str) -> float:
-    """The font size in inches."""
+    """Return the font size in inches."""
     return float(FontProperties(size=size).get_size_in_points()) / 72.0

@@ -1,6 +1,6 @@
 """Pictures of trajectories: time courses (Figs. 3, 6), relative motion (4), phase portraits (5).
 
-And loops of the friction force, pulls, and one orbit from all sides.
+Also loops of the friction force, pulls, and an orbit in several views.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ from sweeps.human import counted
 
 _MOST_PORTRAITS = 9
 _PULL_HEIGHT = 4.4  # inches
-_MOST_SLIPS, _LAST_SLIPS = 40, 8  # that lines tell apart over a column; that are shown beside many
-_BANDS = 300  # spans of time: about the points of a print
+_MOST_SLIPS, _LAST_SLIPS = 40, 8  # that a line can show in a column; that are shown beside more
+_BANDS = 300  # spans of time, about as many as the dots of a print
 
 
 def time_courses(ds: xr.Dataset) -> Figure:
@@ -59,9 +59,9 @@ def time_courses(ds: xr.Dataset) -> Figure:
 
 
 def draw_variables(ds: xr.Dataset, names: Sequence[str]) -> Figure:
-    """The panels of the time courses that have these variables, by name or symbol.
+    """Draw the panels of the time courses that show these variables, given by name or symbol.
 
-    A variable that is in none has its own. Raises ValueError for an unknown one.
+    A variable outside the time courses gets its own panel. Raises ValueError for an unknown one.
     """
     rows = tuple(dict.fromkeys(row_of(ds, name) for name in names))
     figure = _stack(ds, rows, height=1.6 + 0.9 * len(rows))
@@ -71,7 +71,7 @@ def draw_variables(ds: xr.Dataset, names: Sequence[str]) -> Figure:
 
 
 def _both_blocks() -> list[Line2D]:
-    """The lines of both blocks, for a legend of their time courses."""
+    """Return the lines of both blocks for the legend of their time courses."""
     return [
         Line2D([], [], **line_of(UPPER), label="upper block $X$, $V$"),
         Line2D([], [], **line_of(LOWER), label="lower block $x$, $v$"),
@@ -84,9 +84,10 @@ def relative_motion(ds: xr.Dataset) -> Figure:
 
 
 def pull(ds: xr.Dataset) -> Figure:
-    """Velocity of the pull, spring force and friction force, and order parameter against time.
+    """Velocity of the pull, spring and friction forces, and order parameter against time.
 
-    Of more slips than lines can show the whole run is drawn as bands, and the last slips beside it.
+    If there are more slips than a line can show, bands show the whole run, and lines the last slips
+    beside it.
     """
     slips = ds["melting_time"].values if "melting_time" in ds else np.empty(0)
     slips = slips[slips >= float(ds["elapsed_time"].min())]
@@ -103,7 +104,7 @@ def pull(ds: xr.Dataset) -> Figure:
 
 
 def _many_slips(ds: xr.Dataset, slips: Array) -> Figure:
-    """Return the panels of a pull: all of it as bands, and its last slips as lines."""
+    """Return the panels of a pull: the whole run as bands, and the last slips as lines."""
     last = ds.isel(elapsed_time=ds["elapsed_time"].values >= slips[-1 - _LAST_SLIPS])
     figure, panels = new_panels(
         len(PULL), 2, (width_of(2), _PULL_HEIGHT), sharex="col", sharey="row"
@@ -129,7 +130,7 @@ def _draw_bands(axes: Axes, traces: tuple[Trace, ...], ds: xr.Dataset) -> None:
     for trace in traces:
         values = trace.quantity(ds).values
         low, high = np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)
-        low, high = np.append(low, low[-1]), np.append(high, high[-1])  # to the end
+        low, high = np.append(low, low[-1]), np.append(high, high[-1])  # up to the end
         colour = trace.style.colour
         axes.fill_between(time[places], low, high, color=colour, alpha=0.4, linewidth=0.8)
     axes.margins(x=0.0)
@@ -223,10 +224,10 @@ def _portraits(ds: xr.Dataset, across: str, upward: str) -> Figure:
     return figure
 
 
-# --- insets: an enlarged section where small loops cannot be told apart ---------------------------
+# --- insets: an enlarged section with loops too small to see --------------------------------------
 
-# As parts of the extent of a portrait: features closer than the first are lost in the width of the
-# line; loops that stay within the second are hard to see; and the side of an inset.
+# As parts of the extent of a portrait: the distance below which features are lost in the width of
+# the line; the size below which loops are hard to see; the side of an inset.
 _STEP, _SMALL_LOOP, _SIDE = 0.002, 0.03, 0.3
 
 _PLACES = np.linspace(0.04, 0.96 - _SIDE, 40)
@@ -236,7 +237,7 @@ _MARGIN = 0.03  # between an inset and the nearest curve
 def put_inset(axes: Axes, x: Array, y: Array, style: CurveStyle, name: str) -> None:
     """Enlarge the section of a curve with its smallest loops, in an empty place of its panel.
 
-    Nothing is drawn where the curve has no loop too small to be seen, or leaves no place.
+    Nothing is drawn if no loop is too small to see, or if the curve leaves no room.
     """
     section = _hidden_loops(*_normalised(x, y))
     place = _empty_place(axes, x, y) if section is not None else None
@@ -254,7 +255,7 @@ def put_inset(axes: Axes, x: Array, y: Array, style: CurveStyle, name: str) -> N
 
 
 def _normalised(x: Array, y: Array) -> tuple[Array, Array]:
-    """A curve in a unit square, thinned to steps that can be seen."""
+    """Return a curve scaled to a unit square, thinned to steps that can be seen."""
     points = np.column_stack([(v - v.min()) / (np.ptp(v) or 1.0) for v in (x, y)])
     kept = [0]
     for number, point in enumerate(points):
@@ -264,9 +265,9 @@ def _normalised(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _hidden_loops(x: Array, y: Array) -> Array | None:
-    """The section ((x, x), (y, y)) where a curve turns most without going far; None if it does not.
+    """Return the section ((x, x), (y, y)) with the most turns in a small space; None without loops.
 
-    A full turn within `_SMALL_LOOP` of where it began is a loop.
+    A full turn within `_SMALL_LOOP` of its beginning is a loop.
     """
     directions = np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
     turned = np.append(0.0, np.cumsum(np.abs(np.diff(directions))))
@@ -287,8 +288,8 @@ def _hidden_loops(x: Array, y: Array) -> Array | None:
 
 
 def _empty_place(axes: Axes, x: Array, y: Array) -> tuple[float, float] | None:
-    """The lower left corner, in parts of the panel, of the place farthest from the curve."""
-    limits = (axes.get_xlim(), axes.get_ylim())  # asking for them settles them
+    """Return the lower left corner, in parts of the panel, of the place farthest from the curve."""
+    limits = (axes.get_xlim(), axes.get_ylim())  # reading the limits also fixes them
     points = np.column_stack(
         [(v - low) / (high - low) for v, (low, high) in zip((x, y), limits, strict=True)]
     )
@@ -302,19 +303,18 @@ def _empty_place(axes: Axes, x: Array, y: Array) -> tuple[float, float] | None:
     return found
 
 
-# --- one orbit from all sides ---------------------------------------------------------------------
+# --- an orbit in several views --------------------------------------------------------------------
 
 _ORBIT_HEIGHT = 5.2  # inches
 
-# Of the stroboscopic map the last periods, those on the orbit, stand out.
-_LAST = 32
-# Of an orbit that closes these are a few, within a part of all that the map covers.
+_LAST = 32  # periods of the stroboscopic map that are highlighted, because they lie on the orbit
+# A closed orbit has a few states there, each within this part of the extent of the map.
 _FEW_STATES, _NEAR = 8, 1e-3
-_LEAST = 16  # periods that are shown of the way to it
+_LEAST = 16  # periods of the approach that are shown
 
 
 def orbit(ds: xr.Dataset) -> Figure:
-    """Time courses on the left; phase portrait and, where there is one, stroboscopic map."""
+    """Time courses on the left; phase portrait and, if the file has it, stroboscopic map."""
     figure = new_figure((PAGE, _ORBIT_HEIGHT), layout="constrained")
     left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))  # type: ignore[misc]
     courses = left.subplots(len(TIME_COURSES), 1, sharex=True)
@@ -338,9 +338,9 @@ def orbit(ds: xr.Dataset) -> Figure:
 
 
 def _draw_map(axes: Axes, ds: xr.Dataset) -> None:
-    """The states at the beginnings of drive periods, one by one from the start.
+    """Draw the states at the beginnings of drive periods.
 
-    Of an orbit that closes they are a few points in the end: then the way there, against time.
+    A closed orbit ends in a few points, so its approach is drawn against time instead.
     """
     x, v = shown(ds["stroboscopic_displacement"]), shown(ds["stroboscopic_velocity"])
     settled = _settled(x.values, v.values)
@@ -363,7 +363,7 @@ def _draw_map(axes: Axes, ds: xr.Dataset) -> None:
 
 
 def _settled(x: Array, v: Array) -> int | None:
-    """Return the first period after which all states are among the last few; None if never."""
+    """Return the period after which all states are among the last few; None for an open orbit."""
     extent = max(np.ptp(x), 1e-300), max(np.ptp(v), 1e-300)
     last = slice(-min(_LAST, x.size), None)
     states = np.column_stack([x / extent[0], v / extent[1]])

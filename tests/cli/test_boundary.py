@@ -55,7 +55,7 @@ def test_the_command_writes_what_the_function_returns(
     assert Path("a.svg").is_file()
     refused = command("plot", "map.nc", "--boundaries", "map.nc")
     assert refused.code == 2
-    assert "no file of borders" in refused.err
+    assert "not a file of borders" in refused.err
     table = command("boundary", "map.nc", "--accuracy", "1e-4", "-o", "lines.csv")
     assert table.code == 0, table.err
     rows = pd.read_csv("lines.csv")
@@ -110,7 +110,7 @@ def test_a_report_has_them_on_its_map(
     assert drawn == [0, np.isin([0, 1], borders.type).sum()]
     write_dataset(borders.assign_coords(spring_stiffness=1000.0), tmp_path / "other.nc")
     for options, told in (
-        (["report", "map.nc", "--boundaries", "map.nc"], "no file of borders"),
+        (["report", "map.nc", "--boundaries", "map.nc"], "not a file of borders"),
         (["report", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),
         (["report", "map.nc", "--boundaries", "lines.nc", "--at", "T=230"], "no axes here"),
         (["explore", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),

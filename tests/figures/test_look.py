@@ -209,7 +209,7 @@ def test_axes_of_the_user_are_drawn_into(ds):
     assert below.get_xlabel() == "$T$ (K)"
     assert figure.get_supxlabel() == ""
     assert tuple(figure.get_size_inches()) == (3.37, 4.2)
-    with pytest.raises(ValueError, match="ax takes a picture of one panel, and this has 2"):
+    with pytest.raises(ValueError, match="ax takes a picture of one panel, and this one has 2"):
         drawn(ds, look=Look(axes=above))
 
 

@@ -223,13 +223,13 @@ def test_only_panels_of_their_values_have_them(ds):
     ("options", "borders", "told"),
     [
         ({"variable": "regime"}, borders_of(spring_stiffness=1000.0), "the borders at .*K = 1000"),
-        ({"variable": "regime"}, xr.Dataset(), "no file of borders"),
+        ({"variable": "regime"}, xr.Dataset(), "not a file of borders"),
         (
             {"variable": "regime", "at": ("omega=10",)},
             borders_of(),
             "borders were computed over temperature and",
         ),
-        ({"hue": "omega", "at": ("omega=10,20,30",)}, borders_of(), "on maps: name the axis -y"),
+        ({"hue": "omega", "at": ("omega=10,20,30",)}, borders_of(), "on maps; name the axis -y"),
         (
             {"variable": "regime"},
             borders_of().drop_vars("temperature_bracket"),
@@ -243,5 +243,5 @@ def test_other_borders_are_refused(ds, options, borders, told):
 
 
 def test_borders_alone_are_no_figure():
-    with pytest.raises(ValueError, match="are drawn over their map: give the file of the map"):
+    with pytest.raises(ValueError, match="are drawn over their map; plot the file of the map"):
         draw(borders_of())

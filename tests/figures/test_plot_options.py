@@ -131,9 +131,9 @@ def test_a_linked_parameter_can_be_the_axis():
         ({"x": "T", "hue": "temperature"}, "temperature is both x and hue"),
         ({"y": "T", "hue": "K"}, "choose one of them"),
         ({"at": ("T",)}, "'T' must be KEY=VALUE"),
-        ({"at": ("T=warm",)}, "'T=warm': warm is no number"),
+        ({"at": ("T=warm",)}, "'T=warm': warm is not a number"),
         ({"at": ("T=nan",)}, "must be a finite number"),
-        ({"at": ("T=200", "temperature=250")}, "several points are temperature=180,220,300"),
+        ({"at": ("T=200", "temperature=250")}, "several points write temperature=180,220,300"),
         ({"log": "w"}, "log scales are x, y and z"),
         ({"log": "x", "x": "gamma"}, "needs numbers above 0"),
     ],
@@ -168,8 +168,8 @@ def test_variables_of_a_trajectory_choose_panels_of_its_courses():
 @pytest.mark.parametrize(
     ("ds", "options", "words"),
     [
-        (trajectory(), {"x": "T"}, "holds a trajectory: .* a variable or a figure.*: 'time_cour"),
-        (fitted(), {"variable": "F_max"}, "this file holds a fit: .* here a figure by name: 'fit'"),
+        (trajectory(), {"x": "T"}, "holds a trajectory, .* a variable or a figure.*: 'time_cour"),
+        (fitted(), {"variable": "F_max"}, "holds a fit, .* choose a figure by name: 'fit'"),
     ],
 )
 def test_what_is_no_sweep_has_no_axes_to_choose(ds, options, words):
