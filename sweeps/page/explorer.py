@@ -1,4 +1,4 @@
-"""`stickslip explore`: the page, served on this machine by a process that computes its orbits."""
+"""`stickslip explore`: a page served on this machine by a process that computes its orbits."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import xarray as xr
 from stickslip.parameters import Parameters
 from sweeps.config.load import from_mapping
 from sweeps.page import name_of, require_bokeh
+from sweeps.page.admission import Query
 from sweeps.page.answers import answer_lines, as_json
-from sweeps.page.serving import Answer, PageServer, Query
+from sweeps.page.serving import Answer, PageServer
 from sweeps.page.subject import Subject, subject_of_config, subject_of_paper, subject_of_result
 from sweeps.page.turns import Turns
 
 _HEIGHT = 900  # pixels of the page in a notebook
-# A notebook of this machine may show the page in a frame; nobody else may.
+# Only notebooks on this machine may show the page in a frame.
 _FRAMES = "frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
 
 
 def server_of(subject: Subject, port: int = 0) -> PageServer:
-    """Return the server of a page; raises PortError, and ReportError where Bokeh is missing."""
+    """Return the server of a page; raises PortError, and ReportError if Bokeh is missing."""
     require_bokeh()
     from sweeps.page.document import served  # Bokeh takes long to import
 
     turns = Turns()
-
     text = cache(lambda: served(subject))  # the same for every request
 
     def page(_: Query) -> Answer:
@@ -41,7 +41,7 @@ def server_of(subject: Subject, port: int = 0) -> PageServer:
 
 
 class Explorer:
-    """A page that this process serves for as long as it runs; a notebook shows it in place.
+    """A page that this process serves as long as it runs; a notebook shows the page in a cell.
 
     `sweeps.explore` returns it.
 
@@ -62,12 +62,12 @@ class Explorer:
 
     @property
     def forwarding(self) -> str:
-        """The command that brings the page to another machine, whose browser is to open it."""
+        """The command that forwards the page to another machine, for a browser there."""
         port = self._server.port
         return f"ssh -L {port}:127.0.0.1:{port} MACHINE"
 
     def stop(self) -> None:
-        """End the page."""
+        """Stop serving the page."""
         self._server.stop()
 
     def __repr__(self) -> str:
@@ -80,7 +80,8 @@ class Explorer:
             f'<iframe {frame} title="stickslip explore" referrerpolicy="no-referrer"></iframe>'
             f'<p>The page is served by the kernel of this notebook, at <a href="{address}" '
             f'target="_blank" rel="noreferrer">{address}</a>, and ends with it. If the kernel runs '
-            f"on another machine, first run there from here: <code>{self.forwarding}</code></p>"
+            "on another machine, first run this command here, with the name of that machine: "
+            f"<code>{self.forwarding}</code></p>"
         )
 
 
@@ -100,8 +101,8 @@ def explore(
     Parameters
     ----------
     target
-        The result of a sweep, whose points open on a click, or the parameters of the first point;
-        the paper's by default.
+        The result of a sweep, whose points open on a click, or the parameters of the first point.
+        By default the page opens at the paper's values.
     borders
         What `StickslipAccessor.boundaries` returns, drawn on the map over their axes.
     port
@@ -112,9 +113,9 @@ def explore(
     ReportError
         Bokeh is not installed, or the result has too many points for a page.
     PointError
-        `target` is no result of a sweep.
+        `target` is a Dataset but not the result of a sweep.
     PortError
-        The port cannot be listened on.
+        The server cannot listen on the port.
     """
     if isinstance(target, xr.Dataset):
         subject = subject_of_result(target, name_of(target), borders=borders)
