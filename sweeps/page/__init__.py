@@ -1,8 +1,7 @@
-"""The page of a result: a file that needs no network, or served by a process that computes.
+"""The page of a result: a file that needs no network, or a page served by a process that computes.
 
 `stickslip report` writes it (`document.page_of`), with the orbits of some points. `stickslip
-explore` serves it (`explorer`), with controls for every parameter, and computes the orbits that are
-asked for.
+explore` serves it (`explorer`), with controls for every parameter, and computes orbits on request.
 """
 
 from __future__ import annotations
@@ -20,27 +19,26 @@ MOST_ORBITS = 200
 """Orbits in a page, about a megabyte."""
 
 MOST_POINTS = 300_000
-"""Points in a page, some 15 megabytes: what a browser still opens."""
-
+"""Points in a page, some 15 megabytes: about as much as a browser opens."""
 
 _MARK = b'<meta name="generator" content="stickslip report">'  # of page.html
 _HEAD = 1 << 12  # bytes of a page that hold it
 
 
 class ReportError(ExpectedError, ValueError):
-    """No page can be made of a result; the message says what to do."""
+    """No page can be made of a result; the message gives the remedy."""
 
 
 def name_of(ds: xr.Dataset) -> str:
-    """Return what commands on a page call a result; one in memory has no file yet."""
+    """Return the file name of a result for commands on a page; one in memory is called FILE."""
     return Path(ds.encoding.get("source", "FILE")).name
 
 
 def write_report(ds: xr.Dataset, path: Path, **options: Any) -> None:
-    """Write a page to look around in a result, with the options of `document.page_of`.
+    """Write a page for exploring a result, with the options of `document.page_of`.
 
-    An older file is replaced. Raises the errors of `page_of`, StorageError if it cannot be written,
-    and ReportError if bokeh is not installed.
+    It replaces an older file. Raises the errors of `page_of`, StorageError if the page cannot be
+    written, and ReportError if Bokeh is not installed.
     """
     require_bokeh()
     from sweeps.files.atomic import replacing, storage_errors
@@ -54,12 +52,12 @@ def write_report(ds: xr.Dataset, path: Path, **options: Any) -> None:
 
 
 def is_page_of_ours(path: Path) -> bool:
-    """Tell whether a file is a page of this program, which it may write anew."""
+    """Return True if this program wrote the page in a file, so that it may replace it."""
     with path.open("rb") as file:
         return _MARK in file.read(_HEAD)
 
 
 def require_bokeh() -> None:
-    """Raise ReportError if the library that draws is not installed."""
+    """Raise ReportError if Bokeh, which draws the charts, is not installed."""
     if importlib.util.find_spec("bokeh") is None:
         raise ReportError("bokeh is not installed; try: pip install 'bokeh>=3.9'")

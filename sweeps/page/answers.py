@@ -1,6 +1,6 @@
-"""The answer to a request from the page: a point's motion with its numbers and summary.
+"""The answer to a request from the page: the motion of a point, its numbers and a summary.
 
-It consists of lines of JSON: what the page is waiting for, then the motion.
+The answer consists of lines of JSON: first what the page is waiting for, then the motion.
 """
 
 from __future__ import annotations
@@ -49,16 +49,16 @@ from sweeps.page.turns import (
 from sweeps.points import periods_of
 
 TAB, NUMBER = "tab", "number"
-"""The keys by which a request names its tab and itself; all others are those of an address."""
+"""The keys for the tab and the number of a request; all other keys belong to an address."""
 
 
 def answer_lines(
     parts: Mapping[str, str], subject: Subject, turns: Turns
 ) -> Iterator[dict[str, Any]]:
-    """Yield the answers to a page that asks for a point: its state and, at the end, the result.
+    """Yield the answers to a page that requests a point: the state and, at the end, the result.
 
-    The `state` is waiting, compiling or computing; then done, refused (with sentences), or void,
-    where a later request of the same tab has arrived.
+    The `state` is waiting, compiling or computing, and finally done, refused (with sentences) or
+    void, if a later request of the same tab has arrived.
     """
     own = {key: text for key, text in parts.items() if key not in (TAB, NUMBER)}
     try:
@@ -81,18 +81,18 @@ def answer_lines(
     except Void:
         yield {"state": "void"}
         return
-    except Exception as error:  # noqa: BLE001 - a sentence on the page says it
+    except Exception as error:  # noqa: BLE001 - the page reports it in a sentence
         motion = failed(shown_point, error)
     yield {"state": "done", **point_data(shown_point, subject.result), **_motion_data(motion)}
 
 
 def as_json(data: Mapping[str, Any]) -> bytes:
-    """Return a line of JSON."""
+    """Return data as a line of JSON."""
     return json.dumps(data, allow_nan=False, separators=(",", ":")).encode() + b"\n"
 
 
 def point_data(shown_point: ShownPoint, result: xr.Dataset | None) -> dict[str, Any]:
-    """Return what the controls and the address of the page say of a point."""
+    """Return what the controls and the address of the page show of a point."""
     parameters = shown_point.point.parameters._asdict()
     return {
         "label": shown_point.label,
@@ -126,14 +126,14 @@ def _motion_data(motion: Motion) -> dict[str, Any]:
     }
 
 
-# --- the summary of a point: amplitudes with their error, regime, status, other results -----------
+# --- the summary of a point: amplitudes with their errors, regime, status, other results ----------
 
-_SMALL_PART = 0.01  # of the full force: errors of smaller amplitudes are relative to it
+_SMALL_PART = 0.01  # of the full force; errors of smaller amplitudes are relative to it
 _FEWEST, _MOST = 2, 7  # digits of an amplitude
 _DIGITS = 3  # of everything else
-_TIMES = "\u00a0×\u00a0"  # a line does not break within a number
+_TIMES = "\u00a0×\u00a0"  # a line must not break within a number
 
-# What is shown where it says something.
+# Shown only for orbits that have such a value.
 _FURTHER = {
     "amplitude_error": "stated relative error",
     "orbit_periods": "closes after (periods)",
@@ -153,7 +153,7 @@ _FURTHER = {
 
 
 def summary_html(motion: Motion) -> str:
-    """The summary of a motion."""
+    """Return the summary of a motion."""
     orbit = motion.orbit
     if orbit is None:
         return _paragraph("trouble", motion.trouble)
@@ -170,7 +170,7 @@ def summary_html(motion: Motion) -> str:
     if motion.trouble:
         parts.append(_paragraph("trouble", motion.trouble))
     elif not status.is_result:
-        parts.append(_paragraph("note", "Drawn is the motion from its start."))
+        parts.append(_paragraph("note", "The motion is drawn from its start."))
     notes = [*_comparison(motion), f"Computed in {1e3 * motion.seconds:.0f} ms."]
     return "".join([*parts, _table(orbit), _paragraph("note", " ".join(notes))])
 
@@ -186,7 +186,7 @@ def _amplitudes(motion: Motion, orbit: Orbit) -> str:
 
 
 def _kept_html(motion: Motion) -> str:
-    """A motion that is kept for comparison, in a few words."""
+    """Return a short text on a motion kept for comparison."""
     shown_point, orbit = motion.shown_point, motion.orbit
     parts = [f"Kept: {html.escape(shown_point.label)}"]
     if orbit is not None:
@@ -200,9 +200,9 @@ def _kept_html(motion: Motion) -> str:
 
 
 def amplitude_text(name: str, value: float, error: float) -> str:
-    """An amplitude in the unit in which it is shown, with no more digits than its error allows.
+    """Return an amplitude in its shown unit, with no more digits than its error allows.
 
-    `error` is absolute, in the unit of the value. What is not above it is unknown but for that.
+    `error` is absolute, in the unit of the value. A value not above its error is given as "below".
     """
     if not math.isfinite(value):
         return "—"
@@ -217,7 +217,7 @@ def amplitude_text(name: str, value: float, error: float) -> str:
 
 
 def absolute_errors(orbit: Orbit, p: Parameters) -> dict[str, float]:
-    """The stated error of both amplitudes; the comment of `amplitude_error` has the yardsticks."""
+    """Return the stated errors of both amplitudes; `amplitude_error` documents the yardsticks."""
     full = max(2 * p.spring_stiffness, p.block_mass * p.angular_frequency**2)
     force = _SMALL_PART * full * abs(p.drive_amplitude)
     yardsticks = dict(zip(AMPLITUDES, (force / p.contact_area, force), strict=True))
@@ -228,7 +228,7 @@ def absolute_errors(orbit: Orbit, p: Parameters) -> dict[str, float]:
 
 
 def _table(orbit: Orbit) -> str:
-    """The further results that exist for this orbit."""
+    """Return a table of the further results that exist for an orbit."""
     values = {name: getattr(orbit, name) for name in _FURTHER}
     rows = [
         f'<div>{_FURTHER[name]}</div><div class="value" data-name="{name}">'
@@ -258,21 +258,21 @@ def _number(value: float, digits: int) -> str:
 
 
 def _comparison(motion: Motion) -> list[str]:
-    """Return the comparison with the file, for a point of a file."""
+    """Return sentences that compare a point of a file with the numbers there."""
     point = motion.shown_point.point
     if not point.stored or motion.trouble:
         return []
     if point.status is Status.PENDING:
-        return ["The file has not computed this point yet."]
+        return ["This point has no result in the file yet."]
     if point.status is Status.INTERPOLATED:
-        return ["The file has interpolated this point; here it is computed."]
+        return ["This point is interpolated in the file, and computed here."]
     differences = point.differences()
     if not differences:
         return ["The same numbers as in the file, to the last bit."]
-    values = [f"{name} is {stored:.7g} in the file" for name, (stored, _) in differences.items()]
+    values = [f"{name} = {stored:.7g}" for name, (stored, _) in differences.items()]
     more = f" and {len(values) - 3} more" if len(values) > 3 else ""
     versions = [f"{capitalised(text)}." for text in point.versions]
-    return [f"Not as in the file: {'; '.join(values[:3])}{more}.", *versions]
+    return [f"The file has other numbers: {', '.join(values[:3])}{more}.", *versions]
 
 
 def _paragraph(kind: str, text: str) -> str:

@@ -1,4 +1,4 @@
-"""The orbits in a page: the choice of their points, their courses, and the nearest to a point."""
+"""The orbits in a page: the choice of their points, the nearest orbit to a point, their courses."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from sweeps.points import Motion, motions
 
 Numbers = NDArray[np.int64]
 
-_WIDE = 20.0  # largest over smallest value of a case: from here on its logarithm counts
-_SHORT_WEIGHT = 2.0  # how much farther a point of another slice, or of another fluid, is
+_WIDE = 20.0  # a parameter of cases whose values vary by more than this factor counts in logarithms
+_SHORT_WEIGHT = 2.0  # how much farther away a point of another slice, or of another fluid, is
 
-_TRIES = 50  # for each point: most places that are drawn are free and have a result
+_TRIES = 50  # for each point; most places that are tried are free and have a result
 
 
 def failed_points(ds: xr.Dataset) -> Numbers:
-    """Return the points that were computed and have no result, as their numbers in C order."""
+    """Return the computed points that have no result, as their numbers in C order."""
     return np.flatnonzero(~np.isin(ds["status"].values, [*RESULT_STATUSES, Status.PENDING]))
 
 
 def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
-    """Return the indices of points along the dimensions, given their numbers in C order."""
+    """Return the indices of points along the dimensions from their numbers in C order."""
     dims = list(map(str, ds["status"].dims))
     if not dims:
         return [{} for _ in numbers]
@@ -45,7 +45,7 @@ def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
 
 
 def start_along(ds: xr.Dataset, dim: str) -> int:
-    """Return the index at which the page opens: the paper's value, or the middle of the axis."""
+    """Return the index at which a page opens: the paper's value, or the middle of the axis."""
     values, usual = ds[dim].values, PARAMETERS[dim].default if dim in PARAMETERS else np.nan
     if dim in PARAMETERS and values.min() <= usual <= values.max():
         return int(np.argmin(np.abs(values - usual)))
@@ -53,11 +53,11 @@ def start_along(ds: xr.Dataset, dim: str) -> int:
 
 
 def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
-    """Return at most `most` computed points of a result, as their numbers in C order.
+    """Return up to `most` computed points of a result, as their numbers in C order.
 
-    The one that is looked at first; all that have no result; then both sides of the boundaries
-    between regimes, for at most half of what is left, every kind of boundary in turn; then points
-    that are spread evenly over the axes, or drawn where cases are in no order.
+    First comes the point at which the page opens, then the points without a result. Both sides of
+    the boundaries between regimes take up to half of the rest, shared by all kinds of boundary. The
+    others are spread evenly over the axes, or drawn at random if cases are in no order.
     """
     place = tuple(start_along(ds, str(dim)) for dim in ds["status"].dims)
     first = np.arange(ds["status"].size).reshape(ds["status"].shape)[place]
@@ -74,7 +74,7 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
 
 
 def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
-    """Return at most `most` evenly chosen numbers, or pairs of them."""
+    """Return up to `most` evenly chosen numbers, or pairs of numbers."""
     if len(numbers) <= most:
         return numbers
     return numbers[np.linspace(0, len(numbers) - 1, most).round().astype(np.int64)]
@@ -84,7 +84,7 @@ def _boundaries(ds: xr.Dataset) -> list[Numbers]:
     """Return the pairs (n, 2) of neighbours on both sides of each kind of boundary."""
     if "regime" not in ds:
         return []
-    # Points are neighbours along the long axes, or along all where none is.
+    # Neighbours along the long axes or, if there are none, along all axes.
     dims = [str(dim) for dim in ds["regime"].dims]
     near = [d for d in dims if d != DIRECTION and not (d == CASE and is_scattered(ds, d))]
     axes = [dims.index(d) for d in [d for d in near if ds.sizes[d] > MANY] or near]
@@ -103,7 +103,7 @@ def _boundaries(ds: xr.Dataset) -> list[Numbers]:
 
 
 def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
-    """Return at most `most` points of all boundaries; a short one leaves room to the others."""
+    """Return up to `most` points of all boundaries; a short boundary leaves room for others."""
     chosen = np.empty(0, dtype=np.int64)
     for left, pairs in enumerate(sorted(boundaries, key=len)):
         room = (most - chosen.size) // (len(boundaries) - left)
@@ -112,11 +112,11 @@ def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
 
 
 def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
-    """Return at most `most` of the free points, evenly spread over the axes of the grid."""
+    """Return up to `most` of the free points, spread evenly over the axes of the grid."""
     known = np.flatnonzero(free)
     if known.size <= most or most == 0:
         return known[:most]
-    from scipy.stats import qmc  # loads for long, and not every page needs it
+    from scipy.stats import qmc  # slow to load, and not every page needs it
 
     places = qmc.Halton(free.ndim, scramble=False).random(_TRIES * most) * free.shape
     numbers = np.ravel_multi_index(tuple(places.astype(np.int64).T), free.shape)
@@ -126,21 +126,21 @@ def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
 
 
 def _drawn(free: NDArray[np.bool_], most: int) -> Numbers:
-    """Return at most `most` of the free points, drawn at random, the same ones each time.
+    """Return up to `most` of the free points, drawn at random but the same each time.
 
-    Cases in no order have no axis to spread over: every fourth number of a Sobol sequence lies in
-    one part of its box.
+    An even choice of case numbers would not be spread evenly: every fourth point of a Sobol
+    sequence lies in one part of its box.
     """
     known = np.flatnonzero(free)
     return np.random.default_rng(0).permutation(known)[:most]
 
 
 def nearest_chosen(ds: xr.Dataset, chosen: Numbers) -> NDArray[np.uint16]:
-    """Return for every point, in C order, which of the chosen ones of its kind is nearest.
+    """Return, for every point in C order, the index of the nearest chosen point of its kind.
 
-    If no chosen point is of its kind, the nearest of all.
+    If no chosen point is of its kind, return the nearest of all.
     """
-    from scipy.spatial import KDTree  # of no use to pages without orbits
+    from scipy.spatial import KDTree  # pages without orbits do not need it
 
     if ds["status"].size == 1:
         return np.zeros(1, dtype=np.uint16)
@@ -153,17 +153,17 @@ def nearest_chosen(ds: xr.Dataset, chosen: Numbers) -> NDArray[np.uint16]:
 
 
 def _kinds(ds: xr.Dataset) -> NDArray[np.int64]:
-    """Return for every point its regime; below 0, how it ended without a result."""
+    """Return the regime of every point; a number below 0 encodes a status without a result."""
     status = ds["status"].values.astype(np.int64)
     regime = ds["regime"].values.astype(np.int64) if "regime" in ds else np.zeros_like(status)
     return np.where(np.isin(status, RESULT_STATUSES), regime, -1 - status).ravel()
 
 
 def _points(ds: xr.Dataset) -> NDArray[np.float64]:
-    """Return where every point is, in C order.
+    """Return the positions of all points, in C order.
 
-    An axis is as long as any other, but for short ones, along which points are farther apart; of
-    cases in no order each parameter counts.
+    All axes have the same length, except that points are farther apart along short ones. For cases
+    in no order each parameter is an axis.
     """
     columns = []
     for dim, places in zip(ds["status"].dims, np.indices(ds["status"].shape), strict=True):
@@ -174,7 +174,7 @@ def _points(ds: xr.Dataset) -> NDArray[np.float64]:
 
 
 def _measures(ds: xr.Dataset, dim: str) -> list[NDArray[np.float64]]:
-    """Return how far along a dimension its points are, from 0 to 1, in one way or several."""
+    """Return the positions of the points of a dimension, from 0 to 1, on one axis or several."""
     linked = parameters_along(ds, dim) if dim == CASE else []
     if not linked or not is_scattered(ds, dim):
         return [np.linspace(0.0, 1.0, ds.sizes[dim])]
@@ -183,7 +183,7 @@ def _measures(ds: xr.Dataset, dim: str) -> list[NDArray[np.float64]]:
     return [(values - values.min()) / (np.ptp(values) or 1.0) for values in scaled]
 
 
-# --- the motions at chosen points: thinned, and what is said of them ------------------------------
+# --- the motions at chosen points: thinned, with sentences about them -----------------------------
 
 
 def packed_orbits(
@@ -193,10 +193,10 @@ def packed_orbits(
     workers: int | None = None,
     on_motion: Callable[[], None] = lambda: None,
 ) -> tuple[list[ColumnDataSource], list[dict[str, Any]]]:
-    """Return the motions at some points, and what the script knows of each of them.
+    """Return the motions at some points, and what the script needs to know of each of them.
 
-    Points are given as their numbers in C order. The last source says for every point of the
-    result which orbit is nearest.
+    `chosen` are the numbers of the points in C order. The last source has the number of the nearest
+    orbit for every point of the result.
     """
     if not chosen.size:
         return [], []
@@ -221,7 +221,7 @@ def packed_orbits(
 
 
 def _words(motion: Motion) -> str:
-    """Return sentences on a motion, as HTML: over which time it is drawn, and its status."""
+    """Return sentences on a motion, as HTML: the time over which it is drawn, and its status."""
     status = motion.point.status
     repeats = bool(motion.obstacle) and status.sentence.endswith(motion.obstacle)
     words = f"<span>{escape(_sentence(motion))}</span>"
@@ -247,8 +247,8 @@ def thinned(
 ) -> NDArray[np.int64]:
     """Return the indices of samples between which straight lines reproduce the columns (m, n).
 
-    The error of a column is at most `tolerance` of its range, unless that takes more than about
-    `most` samples. The first column, the time, is the abscissa.
+    The error of a column does not exceed `tolerance` of its range, unless that takes more than
+    about `most` samples. The first column, the time, is the abscissa.
     """
     across, heights = columns[0], columns[1:]
     spans = np.ptp(heights, axis=1)
@@ -257,7 +257,7 @@ def thinned(
     while kept.size < most:
         drawn = np.stack([np.interp(across, across[kept], height[kept]) for height in heights])
         missed = np.abs(heights - drawn).max(axis=0)
-        # Where the most is missed in each gap that has samples inside.
+        # The sample with the largest error in each gap that has samples inside.
         wide = np.diff(kept) > 1
         gaps = zip(kept[:-1][wide] + 1, kept[1:][wide], strict=True)
         worst = np.array([b + missed[b:e].argmax() for b, e in gaps], dtype=np.int64)

@@ -1,4 +1,4 @@
-"""The controls of a page that computes: a slider and a box for every parameter, and settings."""
+"""The controls of a served page: a slider and a box for every parameter, and settings."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 GROUPS["Free energy, kinetics, noise"] = tuple(
     name for name in PARAMETERS if not any(name in group for group in GROUPS.values())
 )
-"""The parameters by group; the last group has the rest."""
+"""The parameters by group; the last group has all others."""
 
 _TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 
@@ -104,7 +104,7 @@ def settings_of(config: Config) -> dict[str, str]:
 
 
 def complaint_of(name: str, text: str) -> str | None:
-    """Return why a text is not a valid value of a parameter, as a sentence; None if it is."""
+    """Return a sentence on why a text is not a valid value of a parameter; None if it is valid."""
     try:
         value = read_number(text)
     except ValueError as error:
@@ -114,7 +114,7 @@ def complaint_of(name: str, text: str) -> str | None:
 
 
 def read_number(text: str) -> float:
-    """Return the number in a text, as of `--set`; raises ValueError with the end of a sentence."""
+    """Return the number in a text, as `--set` reads it; raises ValueError with half a sentence."""
     try:
         return float(text) + 0.0
     except ValueError:
@@ -122,7 +122,7 @@ def read_number(text: str) -> float:
 
 
 def units_of(parameter: ParameterVariable) -> str:
-    """Return the unit of a parameter, in which its box takes numbers, in mathtext."""
+    """Return the unit of the numbers in the box of a parameter, in mathtext."""
     if parameter.name == "viscosity_coefficient":
         return r"Pa$\cdot$s$^{\gamma+1}$"  # Eq. 7
     return typeset_units(parameter.units)
@@ -130,17 +130,17 @@ def units_of(parameter: ParameterVariable) -> str:
 
 # --- the values that a slider reaches, and their texts --------------------------------------------
 
-_STEPS = 200  # a linear slider has this many steps, or up to five times as many
+_STEPS = 200  # of a linear slider, or up to five times as many
 _DECADE = 100  # steps of a logarithmic slider over a factor of ten
-_WIDE = 100.0  # a slider without a range of its own reaches this many times the default, and a part
+_WIDE = 100.0  # from the default to the ends of a slider that is not in the table, as a factor
 _LARGEST_DENOMINATOR, _LARGEST_FRACTION = 12, 2  # beyond, a decimal is easier to read
-_LONGEST = 9  # letters that a box shows
-_SMALL = 1e-3  # below it a number is written with an exponent
+_LONGEST = 9  # characters that a box shows
+_SMALL = 1e-3  # smaller numbers are written with an exponent
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The values `lower` to `upper` of a slider, even ones or those of an even logarithm."""
+    """The values of a slider from `lower` to `upper`, evenly spaced, or in their logarithm."""
 
     lower: float
     upper: float
@@ -148,7 +148,7 @@ class Scale:
 
     @property
     def step(self) -> float:
-        """The distance between neighbouring positions, which are values or their logarithms."""
+        """The distance between neighbouring positions, which are values or logarithms of them."""
         if self.logarithmic:
             return 1.0 / _DECADE
         fine = (self.upper - self.lower) / _STEPS
@@ -156,13 +156,13 @@ class Scale:
         return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= fine * 1.001)
 
     def reaching(self, value: float) -> Scale:
-        """Return this slider, or a longer one of the same kind that reaches a value."""
+        """Return this slider, extended if necessary to reach a value of its kind."""
         if self.logarithmic and value <= 0.0:
             return self
         return replace(self, lower=min(self.lower, value), upper=max(self.upper, value))
 
 
-# Where a lubricant may be looked for; the paper's values lie well inside.
+# Where one might look for a lubricant; the paper's values lie well inside.
 _SCALES = {
     "temperature": Scale(100.0, 350.0),
     "viscosity_coefficient": Scale(1e3, 1e7, logarithmic=True),
@@ -179,7 +179,7 @@ _SCALES = {
 
 
 def scale_of(name: str) -> Scale:
-    """Return a parameter's slider; a parameter without a range gets one from its default."""
+    """Return the slider of a parameter; if it is not in the table, its default gives the range."""
     if name in _SCALES:
         return _SCALES[name]
     parameter = PARAMETERS[name]
@@ -190,7 +190,7 @@ def scale_of(name: str) -> Scale:
 
 
 def scale_of_axis(name: str, values: Sequence[float]) -> Scale:
-    """The slider of a parameter that a sweep varies: from its first to its last value."""
+    """Return the slider of a parameter that a sweep varies, from its lowest to highest value."""
     ordered = np.unique(np.array(values, dtype=float))
     low, high = float(ordered[0]), float(ordered[-1])
     if low == high:
@@ -200,7 +200,7 @@ def scale_of_axis(name: str, values: Sequence[float]) -> Scale:
 
 
 def scales_of(axes: Mapping[str, Sequence[float]]) -> dict[str, Scale]:
-    """The slider of each parameter; `axes` are the values of those that a sweep varies."""
+    """Return the slider of each parameter; `axes` has the values of those that a sweep varies."""
     return {
         name: scale_of_axis(name, axes[name]) if name in axes else scale_of(name)
         for name in PARAMETERS
@@ -208,7 +208,7 @@ def scales_of(axes: Mapping[str, Sequence[float]]) -> dict[str, Scale]:
 
 
 def exact_text(value: float) -> str:
-    """A number as short as it can be written, and read again as the same: `8e-7`, `-2/3`."""
+    """Return the shortest text that reads as the same number, such as `8e-7` or `-2/3`."""
     short = _rounded(value)
     if float(short) == value:
         return short
@@ -219,18 +219,18 @@ def exact_text(value: float) -> str:
 
 
 def short_text(value: float) -> str:
-    """A number as a box shows it: `exact_text`, or its first six digits where that is too long."""
+    """Return a number as a box shows it: `exact_text` or, if that is too long, six digits."""
     exact = exact_text(value)
     return exact if len(exact) <= _LONGEST else _rounded(value)
 
 
 def _rounded(value: float) -> str:
-    """The first six digits of a number."""
+    """Return a number rounded to six digits."""
     return _tidied(f"{value:.5e}" if 0.0 < abs(value) < _SMALL else f"{value:.6g}")
 
 
 def _tidied(written: str) -> str:
-    """A number without zeros at the end of its digits and the beginning of its exponent."""
+    """Return a number without zeros at the end of its digits and the start of its exponent."""
     mantissa, _, exponent = written.partition("e")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa

@@ -1,4 +1,4 @@
-"""From a result to the text of its page: one file that contains its scripts and styles."""
+"""The text of a page, made from a result: one file that contains its scripts and styles."""
 
 from __future__ import annotations
 
@@ -63,17 +63,17 @@ MODULES = (
     *("data", "charts", "words", "motion", "blocks"),
     *("address", "look", "controls", "server", "start"),
 )
-"""The modules of the script: each uses those before it, and the last one starts them."""
+"""The modules of the script: each uses the ones before it, and the last one starts them."""
 
 _NUMBER = re.compile(r'(?<="id":)"p\d+"')
 
 _PORTRAIT, _SERVED_PORTRAIT = 440, 290  # pixels high
 _CHOSEN = (
-    " with an orbit in this page: first that at which it opens and those without a result, then "
-    "both sides of the boundaries between regimes, then an even spread."
+    " with an orbit in this page: the point at which it opens, points without a result, both sides "
+    "of the boundaries between regimes, and an even spread."
 )
 
-# Of a page without a result: its places in the template, and what its script works with.
+# For a page without a result: the fields of the template, and the data of the script.
 _PARTS = (
     *("summary", "warnings", "failures", "counts", "error", "fixed", "provenance", "config"),
     *("look", "view_options", "variable_options", "sliders", "readout", "mode", "parameters"),
@@ -102,33 +102,33 @@ def page_of(
     borders: xr.Dataset | None = None,
     on_orbit: Callable[[int, int], None] = lambda *_: None,
 ) -> bytes:
-    """Return a page to look around in a result.
+    """Return a page for exploring a result.
 
     Parameters
     ----------
     ds
         The result of a sweep.
     name
-        What the result is called on the page: the name of its file.
+        The name of the result on the page, which is the name of its file.
     at
-        Texts such as `temperature=228`: only the nearest points of those axes.
+        Texts such as `temperature=228`, which restrict the page to the nearest points of axes.
     orbits
-        How many points at most have their orbit in the page; it is computed again.
+        The largest number of orbits in the page, which are computed again.
     workers
-        Threads that compute the orbits; 2 where it is left out.
+        Threads that compute the orbits; 2 by default.
     warning
-        A sentence about the result that a reader of the page must know.
+        A sentence about the result that readers of the page must know.
     borders
         What `StickslipAccessor.boundaries` returns, drawn on the map over their axes.
     on_orbit
-        Called with the number of finished orbits, and of all, in any thread: with 0 before the
-        first, which needs its kernels compiled.
+        Called in any thread with the number of finished orbits and of all; first with 0, before
+        the kernels are compiled.
 
     Raises
     ------
     ReportError
-        `ds` is no result of a sweep, or has too many points for a page; `at` names no points; the
-        borders are of another map.
+        `ds` is not the result of a sweep, or has too many points for a page; `at` names no points;
+        the borders belong to another map.
     """
     part, where = _part_of(ds, name, at)
     if borders is not None:
@@ -151,7 +151,7 @@ def page_of(
 
 
 def served(subject: Subject) -> bytes:
-    """Return the page that asks the process serving it for orbits."""
+    """Return the page that requests orbits from the process that serves it."""
     result, data, hosts = subject.result, dict(_EMPTY), dict[str, Model]()
     parts = dict.fromkeys(_PARTS, "")
     if result is not None:
@@ -175,10 +175,10 @@ def served(subject: Subject) -> bytes:
 
 
 def _part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str]:
-    """Return the points of a result for the page, and where they are; raises ReportError."""
+    """Return the points of a result on the page, and a note on where they are."""
     if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
         raise ReportError(
-            f"{name} does not hold the result of a sweep, and pages are made only of those; "
+            f"{name} does not hold the result of a sweep, and other files have no page; "
             "`stickslip plot` draws trajectories and fits, and --boundaries adds borders to the "
             "page of their map"
         )
@@ -190,27 +190,27 @@ def _part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, 
     if points > MOST_POINTS:
         longest = max(part.sizes, key=lambda dim: part.sizes[dim])
         raise ReportError(
-            f"{name} has {points} points, and a page holds {MOST_POINTS}: show a slice of it, "
+            f"{name} has {points} points, and a page holds {MOST_POINTS}; show a slice of it, "
             f"for example with --at {longest}={part[longest].values[0]}"
         )
     return part, where
 
 
 def _refuse_other_borders(part: xr.Dataset, borders: xr.Dataset) -> None:
-    """Raise ReportError if borders are not those of the map that the page is of."""
+    """Raise ReportError if borders do not belong to the map on the page."""
     try:
         require_borders_of(part, borders)
     except ValueError as error:
         raise ReportError(plain(str(error))) from None
     if further := sorted(set(map(str, part.sizes)) - set(border_axes(borders))):
         raise ReportError(
-            f"borders are those of one map, and {further[0]} has {part.sizes[further[0]]} values "
-            f"here: choose one, for example with --at {further[0]}={part[further[0]].values[0]}"
+            f"borders belong to one map, and {further[0]} has {part.sizes[further[0]]} values "
+            f"here; choose one, for example with --at {further[0]}={part[further[0]].values[0]}"
         )
 
 
 def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:
-    """Return a warning if other versions may make the orbits differ from those of the file."""
+    """Return a warning if the versions of programs may make the orbits differ from the file."""
     if not chosen.size:
         return []
     (place,) = places_of(ds, chosen[:1])
@@ -227,11 +227,11 @@ def _of_result(
     *,
     with_orbits: bool,
 ) -> tuple[dict[str, str], dict[str, Any], dict[str, Model]]:
-    """Return controls and tables, what the script works with, and the places of the charts."""
+    """Return controls and tables, the data of the script, and the hosts of the charts."""
     views, variables = views_of(ds), variables_of(ds)
     dims = list(map(str, ds["status"].dims))
     charts, hosts = _charts(ds, views, variables, others, borders)
-    # Where several values keep an axis, the point that is pinned has its own.
+    # An axis with several values stays, and a pinned point has its value.
     sliced = [word for text in at if "," not in text for word in ("--at", text)]
     data = _EMPTY | charts
     data |= {
@@ -258,9 +258,9 @@ def _charts(
     others: Sequence[Model],
     borders: xr.Dataset | None,
 ) -> tuple[dict[str, Any], dict[str, Model]]:
-    """Return what the script knows of the charts, and the places for one figure at a time.
+    """Return the data of the charts for the script, and hosts, each for one figure at a time.
 
-    All figures, and the sources that fill them, are the tags of a place: they come along with it.
+    All figures and the sources that fill them are tags of a host, so that Bokeh includes them.
     """
     mappers = mappers_of(variables)
     of_views = [dict(sheets_of(ds, view, variables, mappers, borders)) for view in views]
@@ -287,7 +287,7 @@ def _motion_hosts(height: int) -> dict[str, Model]:
 
 
 def _axis(ds: xr.Dataset, dim: str) -> dict[str, Any]:
-    """Return what the script knows of an axis; points that have names lie on no scale."""
+    """Return the data of an axis for the script; points with names do not lie on a scale."""
     is_number = dim in PARAMETERS and not axis_of(ds, dim, named=True).names
     return {"name": dim, "called": called(dim), "size": ds.sizes[dim], "isNumber": is_number}
 
@@ -295,7 +295,7 @@ def _axis(ds: xr.Dataset, dim: str) -> dict[str, Any]:
 def _facts(
     part: xr.Dataset, ds: xr.Dataset, name: str, where: str, warnings: Sequence[str]
 ) -> dict[str, str]:
-    """Return the words of the page, as HTML; `part` is what it shows of `ds`, and `where`."""
+    """Return the texts of the page, as HTML; it shows `part` of `ds`, and `where` says which."""
     sizes = " × ".join(f"{str(dim).replace('_', ' ')} {n}" for dim, n in part.sizes.items())
     summary = f"{name}: {counted(part['status'].size, 'point')}" + (f" ({sizes})" if sizes else "")
     attributes = [(key, ds.attrs[key]) for key in ds.attrs if key not in ("config", "title")]
@@ -317,7 +317,7 @@ def _facts(
 
 
 def _hints(orbits: str, *, with_orbits: bool) -> dict[str, str]:
-    """Return the hints on keys and orbits, and the classes that hide what there is no orbit for."""
+    """Return the hints on keys and orbits, and the classes that hide parts without an orbit."""
     hint = "Point to see the numbers of a point; click or tap to pin it"
     keys = (
         "Arrow keys move the pin, Esc releases it. The address of the page links to what it shows."
@@ -335,8 +335,7 @@ def _hints(orbits: str, *, with_orbits: bool) -> dict[str, str]:
 
 def _options(texts: Mapping[str, str]) -> str:
     """Return the options of a menu; the keys are their names in the address of the page."""
-    lines = (f'<option value="{key}">{escape(text)}</option>' for key, text in texts.items())
-    return "".join(lines)
+    return "".join(f'<option value="{key}">{escape(text)}</option>' for key, text in texts.items())
 
 
 def _slider(ds: xr.Dataset, dim: str) -> str:
@@ -359,14 +358,14 @@ def _page(
 ) -> bytes:
     """Return the HTML of a page.
 
-    `title` is a text and `parts` are HTML, by their names in `page.html`; `data` is what the
-    script works with. `hosts` are what stands in an element of the page, by its id.
+    `title` is plain text; `parts` are HTML by their names in `page.html`; the script works with
+    `data`. `hosts` are the Bokeh models in elements of the page, by the id of the element.
 
-    The page may not fetch anything but, where it is `served`, from who serves it: a
-    Content-Security-Policy forbids it, as it forbids all scripts but these.
+    A Content-Security-Policy allows no scripts but these, and no connection except, if the page is
+    `served`, to the server.
     """
     document = Document()
-    with document.models.freeze():  # or all models would be looked for with each root
+    with document.models.freeze():  # else each root would make Bokeh search all models
         for root in hosts.values():
             document.add_root(root)
     drawn = dict(document.to_json(deferred=False))
@@ -384,16 +383,15 @@ def _page(
 
 
 def script() -> str:
-    """Return the script of a page: its modules in order, as one, which nothing else sees."""
+    """Return the script of a page: all modules in order, in one scope hidden from other scripts."""
     modules = "\n".join(_read(f"{name}.js") for name in MODULES)
     return f'(() => {{\n"use strict";\n{modules}}})();\n'
 
 
 def _library() -> str:
-    """Return BokehJS, as one script.
+    """Return BokehJS as one script that writes only warnings to the console.
 
-    It writes only warnings to the console: Bokeh would also write each of its steps, and the
-    level of its log.
+    By itself Bokeh also writes each of its steps, and its log level.
     """
     text = "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw)
     text = text.replace('Bokeh.set_log_level("info");', 'Bokeh.logger.set_level("warn");')
@@ -401,10 +399,10 @@ def _library() -> str:
 
 
 def _script_json(data: Any) -> str:
-    """Return JSON that can stand in a script element: no `<` can end it, or begin a comment.
+    """Return JSON for a script element, without a `<`, which could end it or begin a comment.
 
-    Models are numbered anew, since Bokeh counts all that a process ever made: the same result makes
-    the same page.
+    Bokeh numbers all models that a process ever made. Models are numbered again here, so that the
+    same result always makes the same page.
     """
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     numbers: dict[str, str] = {}
@@ -412,7 +410,7 @@ def _script_json(data: Any) -> str:
 
 
 def _policy(scripts: Iterable[str], *, served: bool) -> str:
-    """Return what the page may do, as a Content-Security-Policy."""
+    """Return the Content-Security-Policy of the page."""
     digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()) for text in scripts]
     rules = (
         "default-src 'none'",

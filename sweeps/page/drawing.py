@@ -1,4 +1,4 @@
-"""The figures of a page: of charts, of borders on maps, and of the motion at a point."""
+"""The figures of a page: charts, borders on maps, and the motion at a point."""
 
 from __future__ import annotations
 
@@ -51,19 +51,19 @@ from sweeps.charts.courses import ALONE
 from sweeps.charts.labels import shown
 from sweeps.page.turns import COURSES, DRAWN
 
-_DECADES = 4  # of an axis on which 2 and 5 are named too
-_TEN = 9.9  # powers of ten alone follow one another by no less
-_PIXELS = 96.0 / 72.0  # of a screen, in a point of a printed picture
+_DECADES = 4  # a longer logarithmic axis has no ticks at 2 and 5
+_TEN = 9.9  # the ratio of neighbouring ticks is at least this if they are powers of ten
+_PIXELS = 96.0 / 72.0  # of a screen, per point of a printed picture
 
 
 def new_figure(**settings: Any) -> figure:
-    """Return an empty figure in the style of the pages, as wide as its place."""
+    """Return an empty figure in the style of the pages, as wide as its host."""
     empty = figure(
         sizing_mode="stretch_width",
         tools="pan,box_zoom,wheel_zoom,reset,save",
         toolbar_location="right",
         output_backend="canvas",
-        min_border_left=60,  # panels above one another begin together
+        min_border_left=60,  # aligns panels above one another
         **settings,
     )
     empty.toolbar.update(logo=None, autohide=True)
@@ -81,7 +81,7 @@ def new_figure(**settings: Any) -> figure:
 
 
 def line_style(style: CurveStyle) -> dict[str, Any]:
-    """Return the look of a printed curve on a screen; its dashes are in widths of the line."""
+    """Return the look of a printed curve on a screen; its dashes are in units of the line width."""
     width = style.width * _PIXELS
     pattern = () if isinstance(style.dashes, str) else style.dashes[1]
     dashes = [max(1, round(part * width)) for part in pattern]
@@ -89,7 +89,7 @@ def line_style(style: CurveStyle) -> dict[str, Any]:
 
 
 def palette_of(colours: Colours) -> list[str]:
-    """Return a colour for each code, or those of a scale of values from low to high."""
+    """Return a colour for each code, or the colours of a scale of values from low to high."""
     if colours.is_named and colours.codes:
         return colours.kinds
     count = len(colours.codes) or len(Viridis256)
@@ -97,7 +97,7 @@ def palette_of(colours: Colours) -> list[str]:
 
 
 def shade(place: float) -> str:
-    """Return the colour of a value, from 0 to 1."""
+    """Return the colour of a value between 0 and 1."""
     return str(Viridis256[min(int(place * len(Viridis256)), len(Viridis256) - 1)])
 
 
@@ -105,7 +105,7 @@ PALETTE = Palette([style.colour for style in CURVES], shade)
 
 
 def add_colour_bar(drawn: figure, mapper: ColorMapper) -> None:
-    """Put a scale of values beside a figure."""
+    """Put a colour bar beside a figure."""
     bar = ColorBar(color_mapper=mapper, width=12, padding=6)
     drawn.add_layout(bar, "right")
 
@@ -119,20 +119,21 @@ def _put_above(drawn: figure, legend: Legend, columns: int, spacing: int) -> Non
 
 # --- charts ---------------------------------------------------------------------------------------
 
-_LOW = 200  # pixels, of a strip
-_DOT, _SMALL_DOT, _FEW = 4.0, 2.0, 40  # pixels: of few points beyond the line, and of more
+_LOW = 200  # pixels: the height of a strip
+_DOT, _FEW = 4.0, 40  # pixels by which dots exceed the line; up to this number of points
+_SMALL_DOT = 2.0  # pixels, of more points
 _POINT, _MARK = 7.0, 15.0  # pixels
 CROSSES = 0.97
-"""How far up missing points of curves are marked, as a part of the height."""
+"""The height of the marks of missing points of curves, as a part of the panel."""
 
 
 def draw(chart: Chart, height: int, mapper: ColorMapper) -> figure:
     """Return the figure of a chart without its values, which the script of the page inserts.
 
-    It finds them by the names of the renderers: `cells` of a map or of points; of curve 0
-    `curve 0` with its points, `jumps 0` and `missing 0`; and `mark`, the ring around the point that
-    is open. The colours are those of the `mapper`, which the script sets; only if a variable is the
-    height of points, these keep the colours of their own kinds. The page shows the legend.
+    The script finds the renderers by name: `cells` of a map or of points; `curve 0` with its
+    points, `jumps 0` and `missing 0` of curve 0, and so on; and `mark`, the ring around the open
+    point. The script sets the colours of the `mapper`, except that points with a variable as their
+    height keep the colours of their kinds. The page shows the legend.
     """
     if isinstance(chart, Cells):
         drawn = _draw_cells(chart, height, mapper)
@@ -141,7 +142,7 @@ def draw(chart: Chart, height: int, mapper: ColorMapper) -> figure:
     else:
         drawn = _draw_cloud(chart, height, mapper)
     source = ColumnDataSource({"x": [], "y": []})
-    for colour, width in (("white", 5.0), (BLACK, 2.5)):  # seen on any colour
+    for colour, width in (("white", 5.0), (BLACK, 2.5)):  # visible on any colour
         ring = {"fill_color": None, "line_color": colour, "line_width": width, "size": _MARK}
         drawn.scatter("x", "y", source=source, name="mark", **ring)
     return drawn
@@ -172,7 +173,7 @@ def _draw_curves(chart: Curves, height: int) -> figure:
         _draw_curve(drawn, chart.across, number, curve)
     drawn.yaxis.axis_label = plain(chart.label)
     if len(chart.curves) > 1:
-        _put_above(drawn, drawn.legend[0], len(chart.curves), 14)  # it hides nothing there
+        _put_above(drawn, drawn.legend[0], len(chart.curves), 14)  # where it hides nothing
         drawn.legend.click_policy = "hide"
     return drawn
 
@@ -225,7 +226,7 @@ def _scale(logarithmic: bool) -> str:
 
 
 def _name_ticks(side: Any, axis: Axis) -> None:
-    """Put ticks on a side of a figure: at round numbers, or with the names of points."""
+    """Put ticks at round numbers on a side of a figure, or label them with the names of points."""
     side.axis_label = None if axis.dim == STRIP else plain(axis.label)
     if axis.dim == STRIP:
         side.ticker = FixedTicker(ticks=[])
@@ -239,7 +240,7 @@ def _name_ticks(side: Any, axis: Axis) -> None:
 
 
 def _put_round_ticks(side: Any, low: float, high: float) -> None:
-    """Put ticks at 1, 2, 5, 10 ... on a logarithmic side; at powers of ten where it is long."""
+    """Put ticks at 1, 2, 5, 10 ... on a logarithmic side, or at powers of ten if it is long."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     mantissas = (1, 2, 5) if last - first <= _DECADES else (1,)
     numbers = [mantissa * 10.0**power for power in range(first, last + 1) for mantissa in mantissas]
@@ -250,7 +251,7 @@ def _put_round_ticks(side: Any, low: float, high: float) -> None:
 
 
 def _mapper_of(colours: Colours) -> ColorMapper:
-    """Return the colours of values, or of the places of codes, in the browser."""
+    """Return the mapper from values, or from places of codes, to colours in the browser."""
     kind = LogColorMapper if colours.log else LinearColorMapper
     look = {"palette": palette_of(colours), "nan_color": GREY}
     return kind(low=colours.low, high=colours.high, **look)
@@ -258,14 +259,14 @@ def _mapper_of(colours: Colours) -> ColorMapper:
 
 # --- borders between kinds of motion on maps ------------------------------------------------------
 
-_BORDER_WIDTH, _APART = 1.5, 24  # pixels: of a line, between the types in the legend
+_BORDER_WIDTH, _APART = 1.5, 24  # pixels: the width of a line; between the types in the legend
 _COUNTS = ("orbit_periods", "melting_count")
 
 
 def add_borders(drawn: figure, chart: Cells, borders: xr.Dataset) -> None:
     """Draw borders on the figure of a map over their axes.
 
-    A click on the legend hides them; the pointer on a line shows what it parts.
+    A click on the legend hides them. Pointing at a line shows the kinds on its two sides.
     """
     parts: dict[str, list[tuple[np.ndarray, str]]] = {name: [] for name in BORDER_STYLES}
     for places, points, name in border_parts(borders, chart.across.dim, chart.up.dim):
@@ -293,7 +294,7 @@ def add_borders(drawn: figure, chart: Cells, borders: xr.Dataset) -> None:
 
 
 def _side(point: xr.Dataset, side: str) -> str:
-    """Return the kind of motion on one side, and its counts if the file has them."""
+    """Return the kind of motion on one side, with its counts if the file has them."""
     words = [code_name("regime", int(point[f"kind_{side}"]))]
     for count in _COUNTS:
         if f"{count}_{side}" in point:
@@ -306,17 +307,17 @@ def _side(point: xr.Dataset, side: str) -> str:
 
 _TIME, _X, _V = "elapsed_time", "lower_displacement", "lower_velocity"
 _KEPT = CurveStyle(VERMILLION, 0.9)
-_NOTHING = {name: np.zeros(2) for name in DRAWN}  # of no extent, but a browser wants a range
+_NOTHING = {name: np.zeros(2) for name in DRAWN}  # two points, because a browser wants a range
 
 _PANEL_HEIGHT = 140  # pixels
-_LEAST_STRESS = 2e-6  # MPa: what is less is the noise floor of a liquid film
-_AXIS = 24  # pixels below the lowest panel for the label of its axis
+_LEAST_STRESS = 2e-6  # MPa: smaller values are the noise floor of a liquid film
+_AXIS = 24  # pixels below the lowest panel for the label of the time axis
 
 
 def motion_figures(height: int) -> tuple[figure, list[figure]]:
-    """Return the phase portrait, `height` pixels high, and the panels of the courses in time.
+    """Return the phase portrait, `height` pixels high, and the panels of the time courses.
 
-    A motion that is kept for comparison lies beneath, in red.
+    A motion kept for comparison lies beneath, in red.
     """
     motion = ColumnDataSource(_NOTHING, name="motion")
     kept = ColumnDataSource(_NOTHING, name="kept motion")
@@ -328,7 +329,7 @@ def motion_figures(height: int) -> tuple[figure, list[figure]]:
         portrait.add_layout(origin)
     portrait.line(_X, _V, source=motion, **line_style(ALONE))
     portrait.line(_X, _V, **beneath)
-    portrait.xaxis.ticker.desired_num_ticks = 4  # a narrow picture has no room for more
+    portrait.xaxis.ticker.desired_num_ticks = 4  # a narrow figure has no room for more
     portrait.xaxis.axis_label = f"displacement {labels[_X]}"
     portrait.yaxis.axis_label = f"velocity {labels[_V]}"
     panels = []

@@ -1,6 +1,6 @@
 """The facts in a page: how the points of a result ended, its config, its provenance.
 
-Whatever comes from the file is escaped.
+All text from the file is escaped.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from sweeps.charts.missing import trusted
 from sweeps.grid import CASE
 from sweeps.page.chosen_orbits import failed_points, places_of
 
-_MOST_FAILURES = 500  # rows that a browser lays out at once
-_LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes
+_MOST_FAILURES = 500  # rows that a browser lays out without delay
+_LONGEST_TEXT = 200_000  # characters; the cases of a config may take megabytes
 
 
 def failures_table(ds: xr.Dataset) -> str:
@@ -53,7 +53,7 @@ def _place_in_words(ds: xr.Dataset, number: int) -> str:
 
 
 def counts_table(ds: xr.Dataset) -> str:
-    """Return how many points have each status and each regime, and what these mean."""
+    """Return a table of the numbers of points with each status and each regime, with meanings."""
     kinds = {"status": ds["status"].values}
     if "regime" in ds:
         kinds["regime"] = trusted(ds, "regime").fillna(Regime.UNKNOWN).values
@@ -67,7 +67,7 @@ def counts_table(ds: xr.Dataset) -> str:
 
 
 def largest_error(ds: xr.Dataset) -> str:
-    """Return a sentence with the largest error that a point states, and where that is."""
+    """Return a sentence on the largest stated error and the point that has it."""
     errors = trusted(ds, "amplitude_error").values.ravel() if "amplitude_error" in ds else None
     if errors is None or not np.isfinite(errors).any():
         return "No point states an error."
@@ -75,12 +75,12 @@ def largest_error(ds: xr.Dataset) -> str:
     error = as_html(shown(xr.DataArray(float(f"{errors[number]:.1e}"))).value)
     where = _place_in_words(ds, number)
     aperiodic = int(ds["status"].values.ravel()[number]) == Status.APERIODIC
-    kind = ", that of a mean over a motion that never closes" if aperiodic else ""
+    kind = " (the error of a mean over a motion that never closes)" if aperiodic else ""
     return f"The largest amplitude error is {error}, at {where}{kind}."
 
 
 def fixed_parameters(ds: xr.Dataset) -> str:
-    """Return the parameters that are the same at all points, those not of the paper in bold."""
+    """Return the parameters that are equal at all points; values unlike the paper's are bold."""
     items = []
     for name in PARAMETERS:
         if name in ds.coords and ds[name].size == 1:
@@ -92,7 +92,7 @@ def fixed_parameters(ds: xr.Dataset) -> str:
 
 
 def readout_table(ds: xr.Dataset, parameters: Iterable[str], variables: Iterable[str]) -> str:
-    """Return a table of the numbers of a point, which the script of the page fills in order."""
+    """Return a table of the numbers of a point, which the script of the page fills from the top."""
     rows = []
     for name in parameters:
         symbol = f" {as_html(shown(ds[name]).symbol)}" if name in PARAMETERS else ""
@@ -105,7 +105,7 @@ def readout_table(ds: xr.Dataset, parameters: Iterable[str], variables: Iterable
 
 
 def provenance_table(facts: Iterable[tuple[str, object]]) -> str:
-    """Names and texts, such as the attributes of a file."""
+    """Return a table of names and texts, such as the attributes of a file."""
     return _table((), [[escape(name), _text(str(value))] for name, value in facts])
 
 
@@ -117,11 +117,11 @@ def config_text(config: str) -> str:
 def _text(text: str) -> str:
     if len(text) <= _LONGEST_TEXT:
         return escape(text)
-    return escape(text[:_LONGEST_TEXT]) + f"\n... ({len(text)} letters in the file)"
+    return escape(text[:_LONGEST_TEXT]) + f"\n... ({len(text)} characters in the file)"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of cells that are HTML already; the first cell of a row is its heading."""
+    """Return a table of cells in HTML; the first cell of a row is its heading."""
     titles = "".join(f'<th scope="col">{title}</th>' for title in head)
     lines = [
         f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in others)}</tr>'

@@ -1,4 +1,4 @@
-"""What the script of a page works with: the numbers of a result, what they are called, legends."""
+"""The data of the script of a page: the numbers of a result, their names, legends."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from sweeps.figure_table import AMPLITUDES
 from sweeps.grid import CASE, DIRECTION
 from sweeps.page.drawing import palette_of
 
-# The most important variables.
+# The most important variables, which come first.
 _FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")
 
 
 def symbol_of(name: str) -> str:
-    """Return the symbol of a parameter, or its name if the symbol has no plain letters."""
+    """Return the symbol of a parameter in plain letters, or its name if there is no such symbol."""
     symbol = plain(f"${PARAMETERS[name].tex}$") if name in PARAMETERS else name
     return name.replace("_", " ") if "_" in symbol else symbol
 
 
 def called(name: str) -> list[str]:
-    """Return the names of a quantity in the address of the page: its name and its symbols."""
+    """Return what an address of the page may call a quantity: its name and its symbols."""
     known = PARAMETERS.get(name) or RESULTS.get(name)
     return [name, known.symbol, plain(f"${known.tex}$")] if known else [name]
 
 
 def variables_of(ds: xr.Dataset) -> dict[str, Colours]:
-    """Return the result variables and their colours, the most important ones first."""
+    """Return the result variables with their colours, the most important ones first."""
     known = [name for name in RESULTS if name in ds.data_vars]
     known.sort(key=lambda name: _FIRST.index(name) if name in _FIRST else len(_FIRST))
     return {name: colours_of(ds, name) for name in known}
@@ -51,7 +51,7 @@ def parameters_of(ds: xr.Dataset) -> list[str]:
 
 
 def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
-    """Return the symbol, unit and axis of a parameter, and the names of its values."""
+    """Return the symbol, unit and axis of a parameter, and the texts of values that have names."""
     coordinate = ds[name]
     dim = str(coordinate.dims[0])
     about: dict[str, Any] = {"name": name, "axis": list(ds["status"].dims).index(dim)}
@@ -71,7 +71,7 @@ def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
 def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
     """Return the names, unit and legend of a variable, and the ranges or kinds of its values."""
     quantity, words = shown(trusted(ds, name)), name.replace("_", " ")
-    # A symbol may be a word that says less than the name.
+    # A symbol may be a word that is less clear than the name.
     is_word = plain(quantity.symbol).replace("_", " ") in words
     about = {
         "name": name,
@@ -103,7 +103,7 @@ def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
 
 
 def _square(colour: str, text: str, meaning: str) -> str:
-    """Return a line of a legend, which wraps where a page is narrow."""
+    """Return an item of a legend."""
     square = f'<i style="background:{colour}"></i>'
     return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
 
@@ -113,7 +113,7 @@ def _unit(quantity: Quantity) -> str:
 
 
 def _range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, ...]:
-    """Return the range of a variable, for its colours, and the limits of its axis."""
+    """Return the range of a variable for its colours, and the limits of its axis."""
     ends = value_range(ds, name, log=log)
     return (*ends, *axis_limits(*ends, log=log))
 
@@ -121,7 +121,7 @@ def _range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, ...]
 def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[ColumnDataSource]:
     """Yield the numbers of the points in C order: parameters, variables, and where these jump.
 
-    Kinds are their places among those that there are.
+    The number of a kind is its place among the kinds in the result.
     """
     for name in parameters_of(ds):
         if name != DIRECTION:
@@ -130,7 +130,7 @@ def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[Column
     for name, numbers in values.items():
         yield _source(name, numbers.astype(np.float32))
     heights = {name: numbers for name, numbers in values.items() if not variables[name].codes}
-    # A number for each point, whose bits say which variables jump over the interval behind it.
+    # Each bit of a point's number says whether a variable jumps over the interval after the point.
     bits = np.array([list(values).index(name) for name in heights], dtype=np.uint32)
     weights = np.uint32(1) << bits
     for dim in map(str, ds["status"].dims):
@@ -145,7 +145,7 @@ def _source(name: str, values: Array) -> ColumnDataSource:
 
 
 def _jumps_along(ds: xr.Dataset, dim: str, heights: Array) -> Array:
-    """Return whether each variable jumps over the interval behind each point (variable, ...)."""
+    """Return True for each variable that jumps over the interval after a point (variable, ...)."""
     axis = list(ds["status"].dims).index(dim) - ds["status"].ndim  # of the last axes of heights
     steps = axis_of(ds, dim, named=True).steps
     found = jumps(ds.transpose(..., dim), steps, np.moveaxis(heights, axis, -1))

@@ -1,8 +1,8 @@
-"""The charts of a page: which views there are, their figures, and what its script must know.
+"""The charts of a page: its views, their figures, and the data that its script needs.
 
-There are three scales: of numbers, of their logarithms, and of kinds, which have colours instead. A
-map is one figure for all of them, other views have one for each. The script of the page puts the
-values of a variable and a slice into them.
+There are three scales: numbers, their logarithms, and kinds, which have colours instead. A map
+needs one figure for all scales; other views need one for each. The script of the page inserts the
+values of a variable and a slice.
 """
 
 from __future__ import annotations
@@ -42,20 +42,20 @@ from sweeps.page.drawing import add_borders, add_colour_bar, draw, palette_of
 from sweeps.page.script_data import symbol_of
 
 Sheet: TypeAlias = tuple[Model, dict[str, Any]]
-"""A figure of a page, and what its script must know to fill it."""
+"""A figure of a page, and the data that the script needs to fill it."""
 
 SCALES = ("linear", "log", "kinds")
-_TALL, _LOW = 540, 276  # pixels: a view, and the curves through a point of a map
-# Pixels, of a mark that a point has an orbit in the page: a cell is seen around it, a point within.
+_TALL, _LOW = 540, 276  # pixels: the height of a view, and of a curve through a point of a map
+# Pixels, of the mark of a point with an orbit in the page, inside its cell or around its dot.
 _MARKS: dict[type, float] = {Cells: 3.0, Curves: 5.0, Cloud: 10.0}
 
 
 @dataclass(frozen=True)
 class View:
-    """A way of looking at a result; axes that do not fit in the picture are set with sliders.
+    """A way to look at a result; sliders set the axes that do not fit into the picture.
 
-    `across` and `up` are axes or, for points, parameters; None selects those of the standard
-    picture. `of_values` says that the variable itself is on the vertical axis.
+    `across` and `up` are axes or, for points, parameters; None selects the axes of the standard
+    picture. With `of_values` the variable itself is on the vertical axis.
     """
 
     kind: str
@@ -65,23 +65,23 @@ class View:
 
     @property
     def key(self) -> str:
-        """Return what it is called in the address of the page."""
+        """The name of the view in the address of the page."""
         return "-".join(name for name in (self.kind, self.across, self.up) if name)
 
     @property
     def label(self) -> str:
-        """Return what it is called where it is chosen."""
+        """The name of the view in the menu."""
         return f"{self.kind} over {' and '.join(symbol_of(n) for n in (self.across, self.up) if n)}"
 
     def choice(self, variable: str, scale: str) -> Choice:
-        """Return what of the result is drawn; points of kinds lie over two parameters."""
+        """Return what to draw of the result; points of kinds lie over two parameters."""
         return Choice(variable, self.across, self.up, log="z" if scale == "log" else "")
 
 
 def ordered(ds: xr.Dataset) -> xr.Dataset:
-    """Return the result with rising values along its axes; cases in no order stay as they are.
+    """Return the result with rising values along its axes and without dimensions of one point.
 
-    Dimensions of one point are none.
+    Cases in no order stay as they are.
     """
     ds = ds.squeeze()
     rising = [dim for dim in map(str, ds["status"].dims) if not _is_unordered(ds, dim)]
@@ -89,7 +89,7 @@ def ordered(ds: xr.Dataset) -> xr.Dataset:
 
 
 def views_of(ds: xr.Dataset) -> list[View]:
-    """Return the views of a result, first its standard picture; none of a single point."""
+    """Return the views of a result, the standard picture first; a single point has none."""
     if cases_to_scatter(ds, Choice("status")):
         along = parameters_along(ds, CASE)
         maps = [View("points", x, y) for x, y in itertools.combinations(along, 2)]
@@ -112,9 +112,9 @@ def _is_unordered(ds: xr.Dataset, dim: str) -> bool:
 
 
 def mappers_of(variables: Mapping[str, Colours]) -> dict[str, ColorMapper]:
-    """Return what colours the values of each scale; the script sets its ends, or its kinds."""
+    """Return the colour mapper of each scale; the script sets its ends, or the colours of kinds."""
     numbers = next(colours for colours in variables.values() if not colours.codes)
-    # Any ends for now: Bokeh would look for some in values that have no logarithm.
+    # With ends, or Bokeh would look for some among values that may have no logarithm.
     look = {"palette": palette_of(numbers), "nan_color": GREY, "low": 1.0, "high": 10.0}
     linear = LinearColorMapper(name="colours linear", **look)
     return {"linear": linear, "log": LogColorMapper(name="colours log", **look), "kinds": linear}
@@ -127,7 +127,7 @@ def sheets_of(
     mappers: Mapping[str, ColorMapper],
     borders: xr.Dataset | None = None,
 ) -> Iterator[tuple[str, Sheet]]:
-    """Yield the sheet of a view for each scale; maps have the borders, which are theirs."""
+    """Yield the sheet of a view for each scale; the borders are drawn on maps."""
     for scale, variable in _examples(variables):
         choice = view.choice(variable, scale)
         chart = chart_of(ds, choice, of_values=view.of_values and scale != "kinds")
@@ -136,8 +136,8 @@ def sheets_of(
         _add_marks(drawn, chart)
         if view.kind == "map":
             if scale == "linear":
-                # Bokeh does not paint an image anew where its colours become those of another
-                # mapper: the script shows one of two.
+                # Bokeh does not repaint an image when its mapper is replaced, so the figure has
+                # two images, of which the script shows one.
                 cells, *others = drawn.renderers
                 glyph = cells.glyph.clone(color_mapper=mappers["log"])
                 # Marks lie above both.
@@ -153,7 +153,7 @@ def sheets_of(
 def sheets_along(
     ds: xr.Dataset, dim: str, variables: Mapping[str, Colours], mappers: Mapping[str, ColorMapper]
 ) -> Iterator[tuple[str, Sheet]]:
-    """Yield, for each scale, the sheet of the curve along an axis through a point of a map."""
+    """Yield, for each scale, the sheet of a curve along an axis through a point of a map."""
     for scale, variable in _examples(variables):
         line = ds.isel({other: [0] for other in ds.sizes if other != dim})
         chart = chart_of(line.squeeze(), Choice(variable, log="z" if scale == "log" else ""))
@@ -161,7 +161,7 @@ def sheets_along(
 
 
 def _examples(variables: Mapping[str, Colours]) -> Iterator[tuple[str, str]]:
-    """Yield for each scale a variable that is drawn on it, if there is one."""
+    """Yield each scale, with a variable that is drawn on it, if there is such a variable."""
     for scale in SCALES:
         of_kinds = scale == "kinds"
         of_scale = [name for name, c in variables.items() if bool(c.codes) == of_kinds]
@@ -182,13 +182,13 @@ def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int, mapper: ColorMa
         about |= {"kind": "cloud", "axis": _place(ds, CASE), "heights": chart.ends is not None}
         about["log"] = list(chart.log)
         about["names"] = [chart.names[0], "" if chart.ends else chart.names[1]]
-        if chart.names[1] in ("regime", "status"):  # as heights they have names
+        if chart.names[1] in ("regime", "status"):  # kinds as heights have names
             figure.yaxis.ticker = SingleIntervalTicker(interval=1)
     return figure, about
 
 
 def _ruler(ds: xr.Dataset, axis: Axis) -> dict[str, Any]:
-    """Return where the points of an axis are, and which of them each pixel of a map belongs to."""
+    """Return where the points of an axis are, and the point that each pixel of a map shows."""
     pixels = cells_of_pixels(axis)
     is_even = pixels.size == axis.order.size
     return {

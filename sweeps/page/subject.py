@@ -1,8 +1,8 @@
 """The subject of a page: its first point, and the points that it shows, as addresses and texts.
 
-In the end of an address a point is written as the `--set` that make it of the paper's, or as
-`at.NAME` of its place in the file. What else stands there (what is chosen, kept and zoomed) the
-script of the page writes and reads.
+The end of an address gives a point as the `--set` options that change the paper's point to it, or
+as `at.NAME` with its place in the file. The script of the page writes and reads the rest of the
+address: what is chosen, kept and zoomed.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from sweeps.config.yaml_writer import block_yaml
 from sweeps.page.controls import Scale, exact_text, scales_of
 from sweeps.points import Point, PointError, curve_or_map, point_of
 
-_SECTIONS = ("integrator", "stationary", "noise", "film")  # what a point is computed by
+_SECTIONS = ("integrator", "stationary", "noise", "film")  # of a config: how a point is computed
 _AT = "at."
 
 
 @dataclass(frozen=True)
 class ShownPoint:
-    """A point to show: what computes it, what to call it, and its place in the file, if any."""
+    """A point to show: how to compute it, its label, and its place in the file, if it has one."""
 
     point: Point
     label: str
@@ -41,13 +41,13 @@ class ShownPoint:
 
     @property
     def config(self) -> Config:
-        """The config that asks for this point alone."""
+        """The config of this point alone."""
         return self.point.config
 
 
 @dataclass(frozen=True)
 class Subject:
-    """The first point, the sliders and, of a file, the result to choose points from.
+    """The first point, the sliders and, for a file, the result from which to choose points.
 
     `borders` are drawn on the map of the result.
     """
@@ -61,13 +61,13 @@ class Subject:
 
 
 def subject_of_paper() -> Subject:
-    """The paper's values."""
+    """Return the paper's values as the subject of a page."""
     config = from_mapping({})
     return Subject("", point_alone(config, config.parameters()), scales_of({}))
 
 
 def subject_of_config(config: Config, name: str) -> Subject:
-    """The fixed values of a config, the middle of its axes, its first case."""
+    """Return the subject of a config; it opens in the middle of the axes, at the first case."""
     middle = {axis: values[len(values) // 2] for axis, values in config.sweep.items()}
     first = {linked: values[0] for linked, values in config.cases.items()}
     adaptive, notes = _adaptive(config)
@@ -81,9 +81,9 @@ def subject_of_result(
     notes: tuple[str, ...] = (),
     borders: xr.Dataset | None = None,
 ) -> Subject:
-    """A result, opened in the middle of its axes.
+    """Return the subject of a result, which opens in the middle of its axes.
 
-    Raises PointError if it is no result of a sweep, or the borders are not its own.
+    Raises PointError if it is not the result of a sweep, or the borders belong to another result.
     """
     result = curve_or_map(result)
     if borders is not None:
@@ -99,7 +99,7 @@ def subject_of_result(
 
 
 def point_of_result(result: xr.Dataset, place: Mapping[str, int]) -> ShownPoint:
-    """The point of a result at given positions on its axes."""
+    """Return the point of a result at given places on its axes."""
     return _point_and_notes(result, place)[0]
 
 
@@ -108,14 +108,14 @@ def _point_and_notes(
 ) -> tuple[ShownPoint, tuple[str, ...]]:
     point = point_of(result.isel(dict(place)))
     config, notes = _adaptive(_config_of_point(point.config, point.parameters))
-    # Of a point that another method computed there is nothing to compare with.
+    # Numbers that another method computed are not compared.
     stored = {} if notes else point.stored
     label = plain(slice_label(result, place)) or "the only point"
     return ShownPoint(replace(point, config=config, stored=stored), label, place), notes
 
 
 def point_alone(config: Config, parameters: Parameters) -> ShownPoint:
-    """A point with the settings of a config, which begins at its own initial values."""
+    """Return a point with the settings of a config that starts from its initial values."""
     changed = [
         plain(shown_number(name, value).equation)
         for name, value in _changed_parameters(parameters).items()
@@ -127,14 +127,14 @@ def point_alone(config: Config, parameters: Parameters) -> ShownPoint:
 
 
 def _config_of_point(config: Config, parameters: Parameters) -> Config:
-    """The config of one point and its stationary orbit."""
+    """Return the config of one point and its stationary orbit."""
     alone: dict[str, Any] = {"title": None, "model": parameters._asdict(), "sweep": {}, "cases": {}}
     alone |= {"follow": None, "refine": None, "simulation": Simulation()}
     return config.model_copy(update=alone)
 
 
 def _adaptive(config: Config) -> tuple[Config, tuple[str, ...]]:
-    """The config with the adaptive method, and a note where it had another, too slow to follow."""
+    """Return the config with the adaptive method, and a note if it had another, slower method."""
     method, adaptive = config.integrator.method, Integrator()
     if method == adaptive.method:
         return config, ()
@@ -142,35 +142,35 @@ def _adaptive(config: Config) -> tuple[Config, tuple[str, ...]]:
     return config.model_copy(update={"integrator": adaptive}), (note,)
 
 
-# --- a point as text to copy: a config, and a command line ----------------------------------------
+# --- a point as text to copy: a config, or a command line -----------------------------------------
 
 
 def config_text(shown_point: ShownPoint, periods: int = 1) -> str:
-    """A config of the point alone, for `stickslip sweep` and `simulate`."""
+    """Return a config of the point alone, for `stickslip sweep` and `simulate`."""
     config = shown_point.config
     written: dict[str, Any] = {
         "model": _changed_parameters(config.parameters()),
         **_changed_settings(config),
         "simulation": {"periods": periods, "start": "stationary"},
     }
-    remark = ""  # of what a config cannot express
+    remark = ""  # on what a config cannot express
     if len(shown_point.point.before):
         remark = (
-            "# In the file this point starts from the orbit of its neighbour. "
-            "From its own initial\n# values, as below, it may come to another orbit.\n"
+            "# In the file this point starts from the orbit of its neighbour. From the initial\n"
+            "# values below it may reach another orbit.\n"
         )
     return remark + block_yaml(written)
 
 
 def command_text(shown_point: ShownPoint, periods: int = 1) -> str:
-    """The command that computes the time courses over the orbit of the point."""
+    """Return the command that computes the time courses over the orbit of the point."""
     changes = _changes_text(shown_point) | {"simulation.start": "stationary"}
     words = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
     return shlex.join(["stickslip", "simulate", *words, "--periods", str(periods)])
 
 
 def _changes_text(shown_point: ShownPoint) -> dict[str, str]:
-    """What makes the paper's point this one: keys and values as of `--set`."""
+    """Return the keys and values that change the paper's point to this one, as for `--set`."""
     changed = _changed_parameters(shown_point.point.parameters)
     changes = {name: exact_text(value) for name, value in changed.items()}
     for section, keys in _changed_settings(shown_point.config).items():
@@ -179,13 +179,13 @@ def _changes_text(shown_point: ShownPoint) -> dict[str, str]:
 
 
 def _changed_parameters(parameters: Parameters) -> dict[str, float]:
-    """Return the parameters that are not the paper's."""
+    """Return the parameters that differ from the paper's."""
     values = parameters._asdict().items()
     return {name: value for name, value in values if value != PARAMETERS[name].default}
 
 
 def _changed_settings(config: Config) -> dict[str, dict[str, Any]]:
-    """The keys of the sections that are not at their defaults."""
+    """Return the keys, by section, that are not at their defaults."""
     default = from_mapping({})
     changed = {}
     for section in _SECTIONS:
@@ -204,13 +204,13 @@ def _text(value: Any) -> str:
 
 
 def changes_of(shown_point: ShownPoint) -> dict[str, str]:
-    """Return what makes the paper's point this one; at least its temperature."""
+    """Return the changes from the paper's point to this one, and in any case the temperature."""
     usual = {"temperature": exact_text(shown_point.point.parameters.temperature)}
     return usual | _changes_text(shown_point)
 
 
 def place_of(shown_point: ShownPoint, result: xr.Dataset | None) -> dict[str, str] | None:
-    """Return where a point of the file is, as `at.NAME` and values; None for any other point."""
+    """Return the place of a point in the file, as `at.NAME` and values; None for other points."""
     if shown_point.place is None or result is None:
         return None
     values = {dim: result[dim].values[at] for dim, at in shown_point.place.items()}
@@ -221,15 +221,15 @@ def place_of(shown_point: ShownPoint, result: xr.Dataset | None) -> dict[str, st
 
 
 def point_of_address(parts: Mapping[str, str], result: xr.Dataset | None) -> ShownPoint:
-    """Return the point that an address asks for.
+    """Return the point that an address names.
 
-    Raises ConfigError for what is no parameter, setting or value of one, and PointError for what
-    the file does not have.
+    Raises ConfigError for a bad value, and PointError for a key that is neither a parameter nor a
+    setting, or for a place that the file does not have.
     """
     place = {k.removeprefix(_AT): part for k, part in parts.items() if k.startswith(_AT)}
     if place:
         if result is None:
-            raise PointError("this page has no result file to open a point of")
+            raise PointError("this page has no result file, so it cannot open a point of one")
         try:
             at = places_at(result, [f"{name}={value}" for name, value in place.items()])
         except ValueError as error:
@@ -237,7 +237,7 @@ def point_of_address(parts: Mapping[str, str], result: xr.Dataset | None) -> Sho
         if left := [d for d, size in result.sizes.items() if size > 1 and d not in at]:
             raise PointError(f"several points remain: at.{left[0]} is missing")
         return point_of_result(result, at)
-    for key in parts:  # above all those that name a file to read
+    for key in parts:  # most importantly, refuse keys that name a file to read
         section, dot, _ = key.partition(".")
         if not (section in _SECTIONS if dot else canonical_name(key)):
             raise PointError(f"{key} is neither a parameter nor a setting")

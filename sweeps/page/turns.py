@@ -1,7 +1,7 @@
-"""The computation of a point for a page: in turn, its stationary orbit and the motion along it.
+"""The computation of a point for a page, in turn: its stationary orbit and the motion along it.
 
-Few compute at a time, and of each tab only its latest request. Compiled code cannot be stopped: a
-computation asks `check` between its parts.
+Few requests compute at a time, and only the latest one of each tab. Compiled code cannot be
+stopped, so a computation calls `check` between its parts.
 """
 
 from __future__ import annotations
@@ -31,45 +31,45 @@ from sweeps.points import periods_of
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_TABS = 1000  # the longest silent ones are forgotten
+MOST_TABS = 1000  # beyond this number, the tab silent for longest is forgotten
 _SAMPLES = 2000  # of a drive period
 _MOST_SAMPLES = 8000  # of all periods: more than a picture has pixels
 
 COURSES = (TIME_COURSES[0], *TIME_COURSES[2:])
-"""The panels of a motion; its velocity is in the portrait."""
+"""The panels of a motion; the phase portrait shows its velocity."""
 
 DRAWN = (
     *("elapsed_time", "lower_velocity"),
     *(trace.name for traces in COURSES for trace in traces),
     "order_parameter",
 )
-"""What is drawn of a motion, first the time; the order parameter is seen in the film."""
+"""The variables drawn of a motion, first the time; the film shows the order parameter."""
 
 log = logging.getLogger(__name__)
 
 
 class Void(Exception):  # noqa: N818 - an outcome of a request, not an error of it
-    """A later request of the same tab has arrived: nobody waits for this one's answer."""
+    """A later request of the same tab has arrived, and nobody waits for this answer any more."""
 
 
 class Turns:
-    """Hands out `slots` places to compute in; any thread may ask."""
+    """Lets a number of threads compute at a time, as many as there are `slots`."""
 
     def __init__(self, slots: int = 2) -> None:
         self._free = slots
         self._changed = threading.Condition()
-        self._latest: dict[str, int] = {}  # the number of a tab's latest request
+        self._latest: dict[str, int] = {}  # the number of the latest request of each tab
         self._waiting: list[Callable[[], None]] = []  # the checks, the longest waiting first
 
     @contextmanager
     def take(
         self, tab: str, number: int, on_wait: Callable[[], None] = lambda: None
     ) -> Iterator[Callable[[], None]]:
-        """Wait for a place, and hold it in the context; raises `Void` if there is no more need.
+        """Wait for a slot and hold it in the context; raises `Void` if a later request has arrived.
 
-        The context has a check, which raises `Void` where a later request of the tab has arrived.
-        `on_wait` is called once if there is no place yet. It must be quick: later requests wait for
-        it.
+        The context gets a check that raises `Void` if a later request of the tab has arrived.
+        `on_wait` is called once if no slot is free yet. It must be quick, because later requests
+        wait for it.
         """
 
         def check() -> None:
@@ -108,7 +108,7 @@ class Turns:
 
 @dataclass(frozen=True)
 class Motion:
-    """A point that was computed: its orbit and the time courses, or why there are none."""
+    """The result of computing a point: its orbit and time courses, or why there are none."""
 
     shown_point: ShownPoint
     orbit: Orbit | None = None
@@ -118,7 +118,7 @@ class Motion:
 
 
 def drive_periods(courses: xr.Dataset | None) -> float:
-    """Return how many periods of the drive the courses of a motion last."""
+    """Return the number of drive periods that the courses of a motion last."""
     if courses is None:
         return 1.0
     rate = float(courses["angular_frequency"])
@@ -131,10 +131,10 @@ def columns_of(courses: xr.Dataset) -> dict[str, Array]:
 
 
 def prepare(shown_point: ShownPoint) -> None:
-    """Compile or load the kernels that a point needs: on the first run of a version, a minute."""
+    """Compile or load the kernels that a point needs; the first run of a version takes a minute."""
     options, parameters = options_of(shown_point.config), shown_point.point.parameters
     prepare_kernels(options, np.array([[getattr(parameters, name) for name in KIND]]))
-    # Any motion, to have the kernels of trajectories.
+    # Simulate anything, to compile the kernels of trajectories.
     simulate(
         Parameters(),
         periods=1,
@@ -146,9 +146,9 @@ def prepare(shown_point: ShownPoint) -> None:
 
 
 def compute(shown_point: ShownPoint) -> Motion:
-    """Return the motion of a point; any failure is a sentence in its `trouble`.
+    """Return the motion of a point; its `trouble` describes any failure in a sentence.
 
-    Raises Void if this thread's check does so between two kernels.
+    Raises Void if the check of this thread does so between two kernels.
     """
     point, orbit = shown_point.point, None
     try:
@@ -158,13 +158,13 @@ def compute(shown_point: ShownPoint) -> Motion:
         courses = point.simulate(samples_per_period=max(samples, 1))
     except Void:
         raise
-    except Exception as error:  # noqa: BLE001 - a sentence on the page says it
+    except Exception as error:  # noqa: BLE001 - the page reports it in a sentence
         return failed(shown_point, error, orbit)
     return Motion(shown_point, orbit, courses, seconds=time.perf_counter() - begun)
 
 
 def failed(shown_point: ShownPoint, error: Exception, orbit: Orbit | None = None) -> Motion:
-    """Return the motion of a point that could not be computed, with the reason."""
+    """Return the motion of a point that cannot be computed, with the reason."""
     if isinstance(error, NoiseError | IntegrationError):
         return Motion(shown_point, orbit, trouble=capitalised(str(error)))
     log.debug("unexpected", exc_info=error)
@@ -172,5 +172,5 @@ def failed(shown_point: ShownPoint, error: Exception, orbit: Orbit | None = None
 
 
 def capitalised(text: str) -> str:
-    """Return a text as the beginning of a sentence."""
+    """Return a text with a capital, as the beginning of a sentence."""
     return text[:1].upper() + text[1:]

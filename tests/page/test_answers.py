@@ -203,7 +203,7 @@ def test_what_fails_is_told_in_its_sentence_and_the_start_is_drawn():
     motion = compute(shown_point({"stationary": {"max_periods": 1}}))
     told = words(summary_html(motion))
     assert Status.NOT_STATIONARY.sentence.replace("`", "") in told
-    assert "Drawn is the motion from its start." in told
+    assert "The motion is drawn from its start." in told
     assert "—" in told
     assert motion.courses is not None
 
@@ -231,9 +231,9 @@ def test_a_point_of_a_file_is_compared_with_it(result: xr.Dataset):
     stored = {**point.point.stored, "friction_force_amplitude": 0.5}
     changed = replace(point, point=replace(point.point, stored=stored))
     told = words(summary_html(compute(changed)))
-    assert "Not as in the file: friction_force_amplitude is 0.5 in the file." in told
+    assert "The file has other numbers: friction_force_amplitude = 0.5." in told
     pending = replace(point, point=replace(point.point, stored={"status": Status.PENDING}))
-    assert "has not computed this point yet" in words(summary_html(compute(pending)))
+    assert "This point has no result in the file yet." in words(summary_html(compute(pending)))
 
 
 def test_nothing_is_said_where_nothing_was_computed():
