@@ -61,15 +61,16 @@ class Turns:
         self._latest: dict[str, int] = {}  # the number of the latest request of each tab
         self._waiting: list[Callable[[], None]] = []  # the checks, the longest waiting first
 
+    @property
+    def waiting(self) -> int:
+        """The number of requests that wait for a slot."""
+        return len(self._waiting)
+
     @contextmanager
-    def take(
-        self, tab: str, number: int, on_wait: Callable[[], None] = lambda: None
-    ) -> Iterator[Callable[[], None]]:
+    def take(self, tab: str, number: int) -> Iterator[Callable[[], None]]:
         """Wait for a slot and hold it in the context; raises `Void` if a later request has arrived.
 
         The context gets a check that raises `Void` if a later request of the tab has arrived.
-        `on_wait` is called once if no slot is free yet. It must be quick, because later requests
-        wait for it.
         """
 
         def check() -> None:
@@ -78,9 +79,8 @@ class Turns:
                     raise Void
 
         def may_begin() -> bool:
-            with self._changed:
-                check()
-                return self._free > 0 and self._waiting[0] is check
+            check()
+            return self._free > 0 and self._waiting[0] is check
 
         with self._changed:
             self._latest[tab] = max(number, self._latest.pop(tab, number))  # at the end now
@@ -88,14 +88,10 @@ class Turns:
                 del self._latest[next(iter(self._latest))]
             self._waiting.append(check)
             self._changed.notify_all()  # earlier requests of the tab are void
-        try:
-            if not may_begin():
-                on_wait()
-            with self._changed:
+            try:
                 self._changed.wait_for(may_begin)
                 self._free -= 1
-        finally:
-            with self._changed:
+            finally:
                 self._waiting.remove(check)
                 self._changed.notify_all()
         try:

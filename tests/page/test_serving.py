@@ -90,7 +90,7 @@ class Waiting:
     def __init__(self) -> None:
         self.may_end, self.begun = threading.Event(), threading.Semaphore(0)
 
-    def __call__(self, query: Query) -> Answer:
+    def __call__(self, _: Query) -> Answer:
         self.begun.release()
         assert self.may_end.wait(HANGS)
         return Answer("text/plain", b"done")

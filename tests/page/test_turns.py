@@ -1,4 +1,4 @@
-"""Who computes when: few at a time, the longest waiting first, of each tab the latest alone."""
+"""Who computes when: a few at a time, the longest waiting first, only the latest of each tab."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 
 import pytest
+from support.sweeps.processes import wait_until
 
 from sweeps.page import turns as module
 from sweeps.page.turns import Turns, Void
@@ -15,60 +16,73 @@ HANGS = 60.0
 
 
 class Request:
-    """A request in a thread of its own, which computes until it is told to end."""
+    """A request in a thread, which computes until its `end`."""
 
-    def __init__(self, turns: Turns, tab: str, number: int, told: queue.SimpleQueue[str]) -> None:
-        self._turns, self._tab, self._number, self._told = turns, tab, number, told
+    def __init__(self, turns: Turns, tab: str, number: int, said: queue.SimpleQueue[str]) -> None:
+        self._turns, self._tab, self._number, self._said = turns, tab, number, said
         self._end = threading.Event()
-        self.check: Callable[[], None] | None = None
-        self.thread = threading.Thread(target=self._run, daemon=True)
-        self.thread.start()
+        self.check: Callable[[], None]
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
 
     def end(self) -> None:
         self._end.set()
-        self.thread.join(HANGS)
-        assert not self.thread.is_alive()
+        self._thread.join(HANGS)
+        assert not self._thread.is_alive()
 
     def _run(self) -> None:
         name = f"{self._tab}{self._number}"
-        waits = lambda: self._told.put(f"{name} waits")  # noqa: E731 - shorter than a method
         try:
-            with self._turns.take(self._tab, self._number, waits) as self.check:
-                self._told.put(f"{name} begins")
+            with self._turns.take(self._tab, self._number) as self.check:
+                self._said.put(f"{name} begins")
                 assert self._end.wait(HANGS)
         except Void:
-            self._told.put(f"{name} is void")
+            self._said.put(f"{name} is void")
 
 
 class Tabs:
-    """Requests of tabs; `says` waits for the next thing that one of them tells."""
+    """Requests of tabs to `Turns`, and what happens to them, in order."""
 
-    def __init__(self, slots: int) -> None:
-        self.turns = Turns(slots)
-        self._told: queue.SimpleQueue[str] = queue.SimpleQueue()
+    def __init__(self, turns: Turns) -> None:
+        self.turns = turns
+        self._said: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._requests: list[Request] = []
 
     def ask(self, tab: str, number: int) -> Request:
-        self._requests.append(Request(self.turns, tab, number, self._told))
+        self._requests.append(Request(self.turns, tab, number, self._said))
         return self._requests[-1]
 
-    def says(self) -> str:
-        return self._told.get(timeout=HANGS)
+    def begins(self, tab: str, number: int) -> Request:
+        """Send a request that begins to compute at once."""
+        request = self.ask(tab, number)
+        assert self.says() == f"{tab}{number} begins"
+        return request
 
-    def says_no_more(self) -> bool:
-        return self._told.empty()
+    def waits(self, tab: str, number: int) -> Request:
+        """Send a request that waits."""
+        before = self.turns.waiting
+        request = self.ask(tab, number)
+        wait_until(lambda: self.turns.waiting == before + 1)
+        assert self._said.empty()
+        return request
+
+    def says(self) -> str:
+        return self._said.get(timeout=HANGS)
 
     def end(self) -> None:
         for request in self._requests:
             request.end()
 
 
+Opened = Callable[[Turns], Tabs]
+
+
 @pytest.fixture
-def tabs() -> Iterator[Callable[[int], Tabs]]:
+def tabs() -> Iterator[Opened]:
     opened: list[Tabs] = []
 
-    def open_tabs(slots: int) -> Tabs:
-        opened.append(Tabs(slots))
+    def open_tabs(turns: Turns) -> Tabs:
+        opened.append(Tabs(turns))
         return opened[-1]
 
     yield open_tabs
@@ -76,118 +90,70 @@ def tabs() -> Iterator[Callable[[int], Tabs]]:
         some.end()
 
 
-def test_as_many_begin_as_there_are_places_and_the_next_one_waits(tabs: Callable[[int], Tabs]):
-    some = tabs(2)
-    first = some.ask("a", 1)
-    assert some.says() == "a1 begins"
-    some.ask("b", 1)
-    assert some.says() == "b1 begins"
-    some.ask("c", 1)
-    assert some.says() == "c1 waits"
-    assert some.says_no_more()
+def test_two_compute_at_once_and_the_next_one_waits(tabs: Opened):
+    some = tabs(Turns())
+    first = some.begins("a", 1)
+    some.begins("b", 1)
+    some.waits("c", 1)
     first.end()
     assert some.says() == "c1 begins"
 
 
-def test_two_compute_at_once_unless_told_otherwise():
-    turns = Turns()
-    waited: list[str] = []
-    with (
-        turns.take("a", 1, lambda: waited.append("a")),
-        turns.take("b", 1, lambda: waited.append("b")),
-    ):
-        assert waited == []
-        with pytest.raises(ZeroDivisionError), turns.take("c", 1, lambda: 1 / 0):
-            pass
-
-
-def test_the_longest_waiting_begins_first(tabs: Callable[[int], Tabs]):
-    some = tabs(1)
-    requests = [some.ask("a", 1)]
-    assert some.says() == "a1 begins"
-    for tab in "bcdef":
-        requests.append(some.ask(tab, 1))
-        assert some.says() == f"{tab}1 waits"
+def test_the_longest_waiting_begins_first(tabs: Opened):
+    some = tabs(Turns(1))
+    requests = [some.begins("a", 1), *(some.waits(tab, 1) for tab in "bcdef")]
     for request, following in zip(requests, "bcdef", strict=False):
         request.end()
         assert some.says() == f"{following}1 begins"
 
 
-def test_a_later_request_of_its_tab_makes_one_that_waits_void(tabs: Callable[[int], Tabs]):
-    some = tabs(1)
-    first = some.ask("a", 1)
-    assert some.says() == "a1 begins"
-    for tab in "bc":
-        some.ask(tab, 1)
-        assert some.says() == f"{tab}1 waits"
+def test_a_later_request_of_its_tab_makes_one_that_waits_void(tabs: Opened):
+    some = tabs(Turns(1))
+    first = some.begins("a", 1)
+    some.waits("b", 1)
+    some.waits("c", 1)
     some.ask("b", 2)
-    assert {some.says(), some.says()} == {"b1 is void", "b2 waits"}
+    assert some.says() == "b1 is void"
     first.end()
     assert some.says() == "c1 begins"
 
 
-def test_a_later_request_of_its_tab_makes_one_that_computes_void(tabs: Callable[[int], Tabs]):
-    some = tabs(2)
-    first = some.ask("a", 1)
-    assert some.says() == "a1 begins"
-    assert first.check is not None
+def test_a_later_request_of_its_tab_makes_one_that_computes_void(tabs: Opened):
+    some = tabs(Turns(2))
+    first = some.begins("a", 1)
     first.check()
-    some.ask("b", 2)
-    assert some.says() == "b2 begins"
-    first.check()  # another tab's numbers are its own
-    some.ask("a", 2)
-    assert some.says() == "a2 waits"
+    some.begins("b", 2)
+    first.check()  # tabs number their requests independently
+    some.waits("a", 2)
     with pytest.raises(Void):
         first.check()
     first.end()
     assert some.says() == "a2 begins"
 
 
-def test_a_request_that_comes_too_late_never_takes_a_place(tabs: Callable[[int], Tabs]):
-    some = tabs(1)
-    later = some.ask("a", 2)
-    assert some.says() == "a2 begins"
+def test_a_request_that_comes_too_late_never_gets_a_slot(tabs: Opened):
+    some = tabs(Turns(1))
+    later = some.begins("a", 2)
     some.ask("a", 1)
     assert some.says() == "a1 is void"
-    assert later.check is not None
     later.check()
 
 
-def test_requests_of_one_number_are_all_answered(tabs: Callable[[int], Tabs]):
-    some = tabs(2)
-    first = some.ask("a", 1)
-    assert some.says() == "a1 begins"
-    some.ask("a", 1)
-    assert some.says() == "a1 begins"
-    assert first.check is not None
+def test_requests_of_one_number_are_all_answered(tabs: Opened):
+    some = tabs(Turns(2))
+    first = some.begins("a", 1)
+    some.begins("a", 1)
     first.check()
 
 
-def test_a_place_is_given_back_when_a_computation_fails():
+def test_a_computation_that_fails_gives_its_slot_back():
     turns = Turns(1)
     for number in range(3):
         with pytest.raises(ZeroDivisionError), turns.take("a", number):
             _ = 1 / 0
 
 
-def test_a_wait_that_cannot_be_announced_keeps_nobody_waiting(tabs: Callable[[int], Tabs]):
-    some = tabs(1)
-    first = some.ask("a", 1)
-    assert some.says() == "a1 begins"
-
-    def fail_late() -> None:
-        some.ask("c", 1)
-        assert some.says() == "c1 waits"
-        first.end()  # the place is free, and not for c yet
-        assert some.says_no_more()
-        raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError), some.turns.take("b", 1, fail_late):
-        pass
-    assert some.says() == "c1 begins"
-
-
-def test_tabs_that_were_not_heard_of_for_long_are_forgotten(monkeypatch: pytest.MonkeyPatch):
+def test_tabs_that_were_silent_for_long_are_forgotten(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(module, "MOST_TABS", 3)
     turns = Turns()
     for tab in "abc":
@@ -204,7 +170,7 @@ def test_tabs_that_were_not_heard_of_for_long_are_forgotten(monkeypatch: pytest.
         pass
 
 
-def test_many_threads_never_hold_more_places_than_there_are():
+def test_many_threads_never_hold_more_slots_than_there_are():
     turns, holding, most = Turns(2), [], []
 
     def ask(tab: str) -> None:
