@@ -1,19 +1,11 @@
-"""A result to open, and pages that are served in threads of this process."""
+"""A result to open, for the tests of pages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Any
-
 import pytest
 import xarray as xr
-from support.browser import chromium
 
 from sweeps import run
-from sweeps.page.subject import Subject
-
-__all__ = ["chromium"]
 
 MAP = {
     "title": "A map",
@@ -28,26 +20,5 @@ MAP = {
 
 @pytest.fixture(scope="session")
 def result() -> xr.Dataset:
-    """9 x 9 points of the paper's fluid."""
+    """Compute 9 x 9 points of the paper's fluid."""
     return run(MAP, workers=1)
-
-
-@contextmanager
-def served(subject: Subject) -> Iterator[Any]:
-    """The server of a page, until the end of the context."""
-    from sweeps.page.explorer import server_of
-
-    server = server_of(subject)
-    thread = server.run_in_background()
-    try:
-        yield server
-    finally:
-        server.stop()
-        thread.join(60)
-        assert not thread.is_alive()
-
-
-@pytest.fixture(scope="session")
-def serving() -> Callable[[Subject], Any]:
-    """`served`, for tests."""
-    return served

@@ -8,15 +8,19 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from support.browser import Tab, opened_tab
+from support.browser import Tab, chromium, opened_tab
+from support.serving import running
 from support.sweeps.processes import wait_until
 
 from stickslip import Orbit, Parameters, stationary_orbit
 from sweeps.config.load import from_yaml
 from sweeps.page import answers, turns
 from sweeps.page.answers import absolute_errors, amplitude_text
+from sweeps.page.explorer import server_of
 from sweeps.page.subject import ShownPoint, subject_of_paper, subject_of_result
 from sweeps.points import point_of
+
+__all__ = ["chromium"]  # a fixture
 
 pytestmark = pytest.mark.slow  # a browser starts
 
@@ -44,26 +48,23 @@ class View(Tab):
     def text(self, name: str) -> str:
         return self.page.locator(f"[data-name={name}]").inner_text()
 
-    def shows(self, orbit: Orbit, parameters: Parameters) -> None:
-        """Wait until the amplitudes are those of an orbit."""
-        for name, error in absolute_errors(orbit, parameters).items():
-            value = amplitude_text(name, getattr(orbit, name), error)
-            self.page.locator(f"[data-name={name}]", has_text=value).wait_for()
-
-    def shows_now(self, parameters: Parameters) -> bool:
-        """Tell whether the amplitudes are those of the orbit of some parameters."""
-        orbit = stationary_orbit(parameters)
-        texts = {
-            name: amplitude_text(name, getattr(orbit, name), error)
+    def amplitudes(self, orbit: Orbit, parameters: Parameters) -> list[Any]:
+        """Locate the amplitudes on the page; they are there if they are those of an orbit."""
+        return [
+            self.page.locator(
+                f"[data-name={name}]", has_text=amplitude_text(name, getattr(orbit, name), error)
+            )
             for name, error in absolute_errors(orbit, parameters).items()
-        }
-        return all(
-            self.page.locator(f"[data-name={name}]", has_text=text).count()
-            for name, text in texts.items()
-        )
+        ]
+
+    def shows(self, parameters: Parameters, **options: float) -> None:
+        """Wait until the amplitudes are those of the orbit of some parameters."""
+        orbit = stationary_orbit(parameters, **options)
+        for amplitude in self.amplitudes(orbit, parameters):
+            amplitude.wait_for()
 
     def heading(self) -> str:
-        """The heading of the page."""
+        """Return the heading of the page."""
         return self.page.locator("#where").inner_text()
 
     def says(self, text: str) -> None:
@@ -71,15 +72,15 @@ class View(Tab):
 
 
 @pytest.fixture(scope="module")
-def server(serving: Any) -> Iterator[Any]:
-    """Serves the paper's values."""
-    with serving(subject_of_paper()) as there:
+def server() -> Iterator[Any]:
+    """Serve the paper's values."""
+    with running(server_of(subject_of_paper())) as there:
         yield there
 
 
 @pytest.fixture(scope="module")
 def page(chromium: Any, server: Any) -> Iterator[View]:
-    """The page in a tab."""
+    """Open the page in a tab."""
     with opened_tab(chromium) as tab:
         yield (seen := View(tab, server))
         assert seen.errors == []
@@ -88,13 +89,13 @@ def page(chromium: Any, server: Any) -> Iterator[View]:
 
 @pytest.fixture
 def view(page: View) -> View:
-    """The page as it begins."""
+    """Return the page as it begins."""
     page.reset()
     return page
 
 
 def test_it_begins_with_the_papers_orbit(view: View):
-    view.shows(stationary_orbit(Parameters()), Parameters())
+    view.shows(Parameters())
     assert view.text("regime") == "stick-slip, symmetric"
     assert view.text("status") == "ok"
     assert view.text("orbit_periods") == "1"
@@ -102,11 +103,9 @@ def test_it_begins_with_the_papers_orbit(view: View):
 
 def test_a_typed_value_moves_the_amplitudes(view: View):
     view.types("temperature", "250")
-    parameters = Parameters(temperature=250)
-    view.shows(stationary_orbit(parameters), parameters)
+    view.shows(Parameters(temperature=250))
     view.types("spring_stiffness", "1e3")
-    parameters = Parameters(temperature=250, spring_stiffness=1e3)
-    view.shows(stationary_orbit(parameters), parameters)
+    view.shows(Parameters(temperature=250, spring_stiffness=1e3))
     view.says("T = 250 K, K = 1000 N/m")
 
 
@@ -117,27 +116,26 @@ def test_a_slider_moves_the_amplitudes(view: View):
     box = view.box("temperature")
     assert 200 < float(box.input_value()) < 260
     wait_until(lambda: f"T = {box.input_value()} K" in view.heading())
-    wait_until(lambda: view.shows_now(Parameters(temperature=float(box.input_value()))))
+    view.shows(Parameters(temperature=float(box.input_value())))
 
 
 def test_settings_are_those_of_a_config(view: View):
     view.page.get_by_text("How it is computed").click()
     view.page.locator("[data-setting='integrator.rtol']").select_option("1e-8")
     wait_until(lambda: "integrator.rtol=1e-8" in end_of_address(view))
-    view.shows(stationary_orbit(Parameters(), rtol=1e-8), Parameters())
+    view.shows(Parameters(), rtol=1e-8)
 
 
-def test_what_is_not_valid_is_refused_in_a_sentence(view: View):
+def test_an_invalid_value_is_refused_in_a_sentence(view: View):
     view.types("temperature", "-5")
-    view.says("temperature must be at least 0, not -5.0. Shown is 200 K.")
+    view.says("temperature must be at least 0, not -5.0. The page shows 200 K.")
     view.types("viscosity_coefficient", "1,5")
     view.says("viscosity_coefficient must be a number, not '1,5'; write it with a decimal point")
     view.types("temperature", "210")
-    parameters = Parameters(temperature=210)
-    view.shows(stationary_orbit(parameters), parameters)
+    view.shows(Parameters(temperature=210))
     assert view.page.get_by_text("must be at least").count() == 0
     view.reset()
-    view.shows(stationary_orbit(Parameters()), Parameters())
+    view.shows(Parameters())
     assert view.box("viscosity_coefficient").input_value() == "50000"
     assert view.page.get_by_text("must be").count() == 0
 
@@ -153,7 +151,9 @@ def test_the_point_can_be_copied(view: View):
     assert "--set temperature=230 " in command
 
 
-def test_what_takes_long_is_announced_and_passed_over(view: View, monkeypatch: pytest.MonkeyPatch):
+def test_a_long_computation_is_announced_and_passed_over(
+    view: View, monkeypatch: pytest.MonkeyPatch
+):
     end, prepared = threading.Event(), turns.prepare
 
     def prepare(shown_point: Any) -> None:
@@ -165,8 +165,7 @@ def test_what_takes_long_is_announced_and_passed_over(view: View, monkeypatch: p
     view.types("temperature", "260")
     view.says("compiling for this processor")
     view.types("temperature", "270")
-    parameters = Parameters(temperature=270)
-    view.shows(stationary_orbit(parameters), parameters)
+    view.shows(Parameters(temperature=270))
     assert view.page.get_by_text("compiling").count() == 0
     end.set()
 
@@ -180,9 +179,9 @@ def test_each_tab_has_its_own_point(view: View, chromium: Any, server: Any):
 
 
 @pytest.fixture(scope="module")
-def map_page(chromium: Any, serving: Any, result: xr.Dataset) -> Iterator[View]:
-    served = serving(subject_of_result(result, "a <map>.nc"))
-    with served as server, opened_tab(chromium) as page:
+def map_page(chromium: Any, result: xr.Dataset) -> Iterator[View]:
+    subject = subject_of_result(result, "a <map>.nc")
+    with running(server_of(subject)) as server, opened_tab(chromium) as page:
         yield (seen := View(page, server))
         assert seen.errors == []
         assert seen.requests_elsewhere(*seen.here) == []
@@ -190,7 +189,7 @@ def map_page(chromium: Any, serving: Any, result: xr.Dataset) -> Iterator[View]:
 
 @pytest.fixture
 def map_view(map_page: View) -> View:
-    """The page as it begins."""
+    """Return the page as it begins."""
     map_page.page.locator("#reset").click()
     map_page.says("T = 250 K, K = 2000 N/m")
     return map_page
@@ -205,15 +204,15 @@ def test_a_click_on_the_map_opens_that_point(map_view: View, result: xr.Dataset)
     stiffness = float(map_view.box("spring_stiffness").input_value())
     point = point_of(result, temperature=temperature, spring_stiffness=stiffness)
     assert point.parameters.temperature == temperature
-    map_view.shows(point.orbit(), point.parameters)
+    for amplitude in map_view.amplitudes(point.orbit(), point.parameters):
+        amplitude.wait_for()
     map_view.says("The same numbers as in the file, to the last bit.")
 
 
 def test_from_a_point_of_the_file_sliders_go_on(map_view: View, result: xr.Dataset):
     point = point_of(result, temperature=250, spring_stiffness=2000)
     map_view.types("temperature", "225.5")
-    parameters = point.parameters._replace(temperature=225.5)
-    map_view.shows(stationary_orbit(parameters, rtol=1e-4), parameters)
+    map_view.shows(point.parameters._replace(temperature=225.5), rtol=1e-4)
     assert map_view.page.get_by_text("as in the file").count() == 0
 
 
@@ -224,7 +223,7 @@ def click(view: View, across: float, up: float) -> None:
     view.page.mouse.click(x, frame["y"] + (1.0 - up) * frame["height"])
 
 
-# Of a map: what is said of an orbit is beside its portrait, or above it, and not beneath.
+# The text on an orbit is beside or above its portrait, and not beneath it.
 _APART = """() => {
   const [words, portrait] = ["orbit-words", "portrait"].map((id) => document.getElementById(id));
   const [one, other] = [words.getBoundingClientRect(), portrait.getBoundingClientRect()];
@@ -246,15 +245,14 @@ def end_of_address(view: View) -> str:
     return view.page.evaluate("location.hash").removeprefix("#")
 
 
-def test_the_address_tells_what_is_shown_and_opens_it_again(view: View):
+def test_the_address_says_what_is_shown_and_opens_it_again(view: View):
     view.types("temperature", "240")
     view.types("rheological_index", "1/3")
     view.says("T = 240 K, γ = 1/3")
     wait_until(lambda: end_of_address(view) == "temperature=240&rheological_index=1%2F3")
     view.page.evaluate("location.hash = 'T=225.5&integrator.rtol=1e-8'")
     view.says("T = 225.5 K")
-    parameters = Parameters(temperature=225.5)
-    view.shows(stationary_orbit(parameters, rtol=1e-8), parameters)
+    view.shows(Parameters(temperature=225.5), rtol=1e-8)
     wait_until(lambda: "temperature=225.5&integrator.rtol=1e-8" in end_of_address(view))
     view.types("temperature", "230")
     view.says("T = 230 K")
@@ -263,7 +261,7 @@ def test_the_address_tells_what_is_shown_and_opens_it_again(view: View):
 
 def test_an_address_that_cannot_be_shown_is_refused_in_a_sentence(view: View):
     view.page.evaluate("location.hash = 'temprature=240'")
-    view.says("The address asks for what this page does not have: temprature is neither")
+    view.says("This page cannot show the address: temprature is neither")
     view.page.evaluate("location.hash = 'at.temperature=240'")
     view.says("The address names at.temperature, which this page does not have.")
     assert view.box("temperature").input_value() == "200"
@@ -273,9 +271,9 @@ def test_two_orbits_lie_over_each_other_and_in_the_address(view: View, chromium:
     view.page.locator("#keep").click()
     view.types("temperature", "250")
     view.says("Kept: the paper's values")
-    view.shows(stationary_orbit(Parameters(temperature=250)), Parameters(temperature=250))
+    view.shows(Parameters(temperature=250))
     view.types("temperature", "230")
-    view.shows(stationary_orbit(Parameters(temperature=230)), Parameters(temperature=230))
+    view.shows(Parameters(temperature=230))
     view.page.get_by_text("Drop the kept orbit").click()
     view.page.get_by_text("Keep this orbit").click()
     view.types("temperature", "240")

@@ -1,4 +1,4 @@
-"""A page that is sent around: its address, keys, words for screen readers, and a small window."""
+"""A page that is passed around: its address, keys, screen readers, and small windows."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ pytest.importorskip("bokeh", reason="bokeh is not installed")
 __all__ = ["chromium", "tabs"]  # fixtures
 
 pytestmark = pytest.mark.slow  # a browser opens many pages
+
+Opened = Callable[..., Any]
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
 SWEEPS = {
@@ -55,7 +57,7 @@ def pages(
 
 @pytest.fixture(scope="module")
 def as_they_are(chromium: Any, pages: dict[str, Path]) -> Iterator[dict[str, Any]]:
-    """The pages for those who only look: they must be left as they are."""
+    """Open all pages, for tests that leave them as they are."""
     with ExitStack() as contexts:
         own = Tabs(chromium, contexts)
         yield {
@@ -66,7 +68,7 @@ def as_they_are(chromium: Any, pages: dict[str, Path]) -> Iterator[dict[str, Any
 
 @pytest.fixture(scope="module")
 def follow(chromium: Any, pages: dict[str, Path]) -> Iterator[Callable[[str], Any]]:
-    """Has an open map follow the end of an address, as a click on a link does."""
+    """Let an open map follow the end of an address, as a click on a link does."""
     with ExitStack() as contexts:
         own = Tabs(chromium, contexts)
         tab = own.open(pages["map"].as_uri())
@@ -86,14 +88,14 @@ def follow(chromium: Any, pages: dict[str, Path]) -> Iterator[Callable[[str], An
 
 
 @pytest.fixture
-def opened(tabs: Tabs, pages: dict[str, Path]) -> Iterator[Callable[..., Any]]:
-    """Opens pages, which have no errors and no warnings."""
+def opened(tabs: Tabs, pages: dict[str, Path]) -> Iterator[Opened]:
+    """Open pages, which must have no errors and no warnings."""
     yield lambda name, address="", **window: tabs.open(pages[name].as_uri() + address, **window)
     tabs.check()
 
 
 def has_address(tab: Any, *words: str) -> None:
-    """Wait until the address says all of these, which it does shortly after a change."""
+    """Wait until the address has all of these parts, shortly after a change."""
     script = "words => words.every(word => location.hash.slice(1).split('&').includes(word))"
     try:
         tab.wait_for_function(script, arg=list(words), timeout=5000)
@@ -111,9 +113,7 @@ def click_in(tab: Any, across: float, down: float) -> None:
     tab.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
 
 
-def test_in_a_browser_a_link_opens_what_was_looked_at(
-    opened: Callable[..., Any], pages: dict[str, Path]
-) -> None:
+def test_a_link_opens_what_was_looked_at(opened: Opened, pages: dict[str, Path]) -> None:
     tab = opened("map")
     assert tab.evaluate("location.hash") == ""
     history = tab.evaluate("history.length")
@@ -132,9 +132,7 @@ def test_in_a_browser_a_link_opens_what_was_looked_at(
     assert other.evaluate("location.hash") == address
 
 
-def test_in_a_browser_only_what_is_pinned_or_chosen_changes_the_address(
-    opened: Callable[..., Any],
-) -> None:
+def test_only_what_is_pinned_or_chosen_changes_the_address(opened: Opened) -> None:
     tab = opened("map")
     box = tab.locator("#picture").bounding_box()
     tab.mouse.move(box["x"] + box["width"] / 3, box["y"] + box["height"] / 3)
@@ -142,9 +140,7 @@ def test_in_a_browser_only_what_is_pinned_or_chosen_changes_the_address(
     assert tab.evaluate("location.hash") == ""
 
 
-def test_in_a_browser_values_of_an_address_are_those_of_the_axes_to_a_few_digits(
-    opened: Callable[..., Any],
-) -> None:
+def test_values_of_an_address_are_those_of_the_axes_to_a_few_digits(opened: Opened) -> None:
     tab = opened("map", "#temperature=226&spring_stiffness=1.0e3&rheological_index=0&pinned=yes")
     assert [readout(tab, row) for row in (1, 2, 3)] == ["225 K", "1000 N/m", "0"]
     tab.keyboard.press("ArrowLeft")
@@ -161,7 +157,7 @@ def test_in_a_browser_values_of_an_address_are_those_of_the_axes_to_a_few_digits
         ("#T=225&K=1000&γ=0&variable=regime&pinned=yes", "regime"),
     ],
 )
-def test_in_a_browser_an_address_may_have_the_symbols_of_the_paper(
+def test_an_address_may_have_the_symbols_of_the_paper(
     follow: Callable[[str], Any], address: str, variable: str
 ) -> None:
     tab = follow(address)
@@ -184,7 +180,7 @@ def test_in_a_browser_an_address_may_have_the_symbols_of_the_paper(
         ("T=310&pinned=yes", "", "Pinned point"),
     ],
 )  # fmt: skip
-def test_in_a_browser_the_page_names_what_an_address_asks_for_in_vain(
+def test_the_page_names_the_parts_of_an_address_that_it_does_not_have(
     follow: Callable[[str], Any], address: str, words: str, heading: str
 ) -> None:
     tab = follow(address)
@@ -199,9 +195,7 @@ def test_in_a_browser_the_page_names_what_an_address_asks_for_in_vain(
     assert tab.inner_text("#readout-heading") == heading
 
 
-def test_in_a_browser_that_line_goes_with_the_next_change_and_nothing_moves(
-    opened: Callable[..., Any],
-) -> None:
+def test_that_line_disappears_with_the_next_change_and_nothing_moves(opened: Opened) -> None:
     tab = opened("map", "#temprature=250")
     before = tab.locator("#picture").bounding_box()["y"]
     click_in(tab, 0.5, 0.5)
@@ -220,7 +214,7 @@ def test_in_a_browser_that_line_goes_with_the_next_change_and_nothing_moves(
         "#%E2%80%A8%0A",
     ],
 )
-def test_in_a_browser_garbage_in_the_address_changes_nothing(
+def test_garbage_in_the_address_changes_nothing(
     follow: Callable[[str], Any], as_they_are: dict[str, Any], garbage: str
 ) -> None:
     plain, tab = as_they_are["map"], follow(garbage)
@@ -228,9 +222,7 @@ def test_in_a_browser_garbage_in_the_address_changes_nothing(
         assert tab.inner_text(f"#{part}") == plain.inner_text(f"#{part}")
 
 
-def test_in_a_browser_the_way_along_a_followed_axis_is_in_the_address(
-    opened: Callable[..., Any],
-) -> None:
+def test_the_way_along_a_followed_axis_is_in_the_address(opened: Opened) -> None:
     tab = opened("both ways", "#direction=down&angular_frequency=37.4&variable=regime&pinned=yes")
     assert "downward" in tab.inner_text("#readout")
     assert "37.5 rad/s" in tab.inner_text("#readout")
@@ -238,7 +230,7 @@ def test_in_a_browser_the_way_along_a_followed_axis_is_in_the_address(
     has_address(tab, "at.direction=down", "at.angular_frequency=38", "variable=regime")
 
 
-def test_in_a_browser_arrow_keys_move_the_pin_on_a_map(opened: Callable[..., Any]) -> None:
+def test_arrow_keys_move_the_pin_on_a_map(opened: Opened) -> None:
     tab = opened("map", "#temperature=250&spring_stiffness=2000")
     tab.focus("#picture")
     tab.keyboard.press("ArrowUp")
@@ -255,9 +247,7 @@ def test_in_a_browser_arrow_keys_move_the_pin_on_a_map(opened: Callable[..., Any
     assert tab.inner_text("#readout-heading") == "Point"
 
 
-def test_in_a_browser_keys_leave_no_crosshair_at_the_mouse(
-    opened: Callable[..., Any],
-) -> None:
+def test_keys_leave_no_crosshair_at_the_mouse(opened: Opened) -> None:
     tab = opened("map", "#T=250&pinned=yes")
     drawn = """() => Bokeh.documents[0].roots()[0].children[0].toolbar.tools
         .find((tool) => tool.type === "CrosshairTool").overlay
@@ -271,8 +261,8 @@ def test_in_a_browser_keys_leave_no_crosshair_at_the_mouse(
     tab.wait_for_function(f"() => ({drawn})().every(Boolean)")
 
 
-def test_in_a_browser_a_command_has_as_few_digits_as_tell_its_point(
-    opened: Callable[..., Any], results: dict[str, xr.Dataset]
+def test_a_command_has_as_few_digits_as_its_point_needs(
+    opened: Opened, results: dict[str, xr.Dataset]
 ) -> None:
     tab = opened("map", "#T=262.5&K=2828&gamma=-0.667&pinned=yes")
     command = tab.inner_text("#replay").split(" --at ")[1:]
@@ -281,17 +271,13 @@ def test_in_a_browser_a_command_has_as_few_digits_as_tell_its_point(
     assert place == {"temperature": 5, "spring_stiffness": 5, "rheological_index": 0}
 
 
-def test_in_a_browser_the_frame_of_the_focus_is_clear_of_the_legend(
-    opened: Callable[..., Any],
-) -> None:
+def test_the_frame_of_the_focus_is_clear_of_the_legend(opened: Opened) -> None:
     tab = opened("map", "#variable=regime")
     legend, picture = (tab.locator(part).bounding_box() for part in ("#legend", "#picture"))
     assert picture["y"] - (legend["y"] + legend["height"]) >= 6  # the frame takes 4
 
 
-def test_in_a_browser_arrow_keys_move_the_pin_along_curves_and_between_them(
-    opened: Callable[..., Any],
-) -> None:
+def test_arrow_keys_move_the_pin_along_curves_and_between_them(opened: Opened) -> None:
     tab = opened("curves", "#temperature=250&rheological_index=0&pinned=yes")
     tab.keyboard.press("ArrowLeft")
     has_address(tab, "at.temperature=225", "at.rheological_index=0")
@@ -302,8 +288,8 @@ def test_in_a_browser_arrow_keys_move_the_pin_along_curves_and_between_them(
     has_address(tab, "at.temperature=225", "at.rheological_index=0.6667")
 
 
-def test_in_a_browser_arrow_keys_go_to_the_next_point_of_a_cloud(
-    opened: Callable[..., Any], results: dict[str, xr.Dataset]
+def test_arrow_keys_go_to_the_next_point_of_a_cloud(
+    opened: Opened, results: dict[str, xr.Dataset]
 ) -> None:
     tab = opened("cloud", "#pinned=yes")
     by_temperature = results["cloud"].sortby("temperature")["case"].values.tolist()
@@ -314,9 +300,7 @@ def test_in_a_browser_arrow_keys_go_to_the_next_point_of_a_cloud(
         has_address(tab, f"at.case={case}")
 
 
-def test_in_a_browser_keys_are_left_to_controls_and_to_who_reads(
-    opened: Callable[..., Any],
-) -> None:
+def test_keys_still_serve_controls_and_readers(opened: Opened) -> None:
     tab = opened("map", "", height=500)
     tab.keyboard.press("ArrowDown")  # nothing is pinned: it scrolls
     tab.wait_for_function("() => scrollY > 0")
@@ -336,9 +320,7 @@ def test_in_a_browser_keys_are_left_to_controls_and_to_who_reads(
 
 
 @pytest.mark.parametrize("name", SWEEPS)
-def test_in_a_browser_everything_is_named_for_screen_readers(
-    as_they_are: dict[str, Any], name: str
-) -> None:
+def test_everything_is_named_for_screen_readers(as_they_are: dict[str, Any], name: str) -> None:
     tab = as_they_are[name]
     unnamed = """() => [...document.querySelectorAll("select, input")].filter(
         ({ labels, ariaLabel }) => !(labels.length ? labels[0].textContent : ariaLabel)?.trim())"""
@@ -356,9 +338,7 @@ def test_in_a_browser_everything_is_named_for_screen_readers(
     assert tab.locator("main").count() == tab.locator("header h1").count() == 1
 
 
-def test_in_a_browser_the_picture_and_sliders_say_what_they_show(
-    opened: Callable[..., Any],
-) -> None:
+def test_the_picture_and_sliders_say_what_they_show(opened: Opened) -> None:
     tab = opened("map", "#variable=regime")
     assert tab.get_attribute("#picture", "aria-label") == "map over T and K: regime"
     assert tab.get_attribute("#picture", "tabindex") == "0"
@@ -373,9 +353,7 @@ def test_in_a_browser_the_picture_and_sliders_say_what_they_show(
 
 
 @pytest.mark.parametrize("name", SWEEPS)
-def test_in_a_browser_indices_are_lowered_or_not_there(
-    as_they_are: dict[str, Any], name: str
-) -> None:
+def test_indices_are_lowered_or_not_there(as_they_are: dict[str, Any], name: str) -> None:
     tab = as_they_are[name]
     words = tab.text_content("main")
     assert "T_c" not in words
@@ -383,7 +361,7 @@ def test_in_a_browser_indices_are_lowered_or_not_there(
 
 
 @pytest.mark.parametrize("name", SWEEPS)
-def test_in_a_browser_a_page_fits_a_phone(opened: Callable[..., Any], name: str) -> None:
+def test_a_page_fits_a_phone(opened: Opened, name: str) -> None:
     tab = opened(name, width=390, height=844, has_touch=True, is_mobile=True)
     tab.eval_on_selector("details", "details => { details.open = true; }")
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
@@ -392,9 +370,7 @@ def test_in_a_browser_a_page_fits_a_phone(opened: Callable[..., Any], name: str)
             assert control.bounding_box()["height"] >= 24
 
 
-def test_in_a_browser_a_tap_pins_and_a_swipe_over_the_map_scrolls(
-    opened: Callable[..., Any],
-) -> None:
+def test_a_tap_pins_and_a_swipe_over_the_map_scrolls(opened: Opened) -> None:
     tab = opened("map", width=390, height=844, has_touch=True, is_mobile=True)
     box = tab.locator("#picture").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -409,7 +385,7 @@ def test_in_a_browser_a_tap_pins_and_a_swipe_over_the_map_scrolls(
 
 
 @pytest.mark.parametrize("name", ["map", "curves", "cloud", "both ways"])
-def test_in_a_browser_the_picture_and_its_numbers_are_seen_at_first_glance(
+def test_the_picture_and_its_numbers_are_seen_at_first_glance(
     as_they_are: dict[str, Any], name: str
 ) -> None:
     tab = as_they_are[name]

@@ -1,7 +1,7 @@
-// The end of the address: it says what the page shows, so that a link opens it there. `view`, `variable`,
-// `scale` and `zoom` choose the picture, `at.NAME` a place in the file and `pinned` the point there; of a page
-// that computes, parameters and settings name a point as `--set` does. `kept.` comes before what names the
-// orbit that is kept.
+// The end of the address says what the page shows, so that a link opens the same view. `view`, `variable`,
+// `scale` and `zoom` choose the picture; `at.NAME` is a place in the file, and `pinned` pins the point there. On
+// a served page, parameters and settings name a point as `--set` does. The keys of a kept orbit begin with
+// `kept.`.
 
 // The values along an axis in the file.
 function valuesAlong(axis) {
@@ -9,7 +9,7 @@ function valuesAlong(axis) {
   return keys ?? model(`values of ${name}`).data.values;
 }
 
-// As few digits as tell a value from the others.
+// A value with as few digits as distinguish it from the others.
 function valueText(axis, at) {
   const value = valuesAlong(axis)[at];
   if (typeof value === "string") return value;
@@ -20,7 +20,7 @@ function valueText(axis, at) {
   return String(value);
 }
 
-// Where a value of the address is on an axis: at the nearest one; nowhere if that is more than a step away.
+// The place of a value of the address on an axis: the nearest point, unless it is more than a step away.
 function placeAlong(axis, text) {
   const values = valuesAlong(axis);
   if (values.includes(text)) return values.indexOf(text);
@@ -32,7 +32,7 @@ function placeAlong(axis, text) {
 const partsOfPlace = (place) =>
   Object.fromEntries(axes.map(({ name }, axis) => [`at.${name}`, valueText(axis, place[axis])]));
 
-// What names the point that is open, where its parameters do: it is none of the file.
+// The parameters that name the open point, if it is not a point of the file.
 const ownParts = () => (live && state.opened && !state.opened.at ? state.opened.parts : {});
 
 function address() {
@@ -49,7 +49,7 @@ function address() {
   ]);
 }
 
-// Browsers limit how often an address changes, and a slider that is drawn changes it often.
+// Browsers limit how often an address changes, and dragging a slider changes it often.
 let waiting;
 function remember() {
   clearTimeout(waiting);
@@ -61,7 +61,7 @@ function zoomOf(text) {
   return ends.length === 4 && ends.every(Number.isFinite) ? ends : undefined;
 }
 
-// What the address may choose beside points.
+// What the address may choose besides points.
 const CHOICES = new Map([
   ["view", (text) => views[[...element("view").options].findIndex(({ value }) => value === text)]],
   ["variable", (text) => variables.find(({ called }) => called.includes(text))],
@@ -70,8 +70,8 @@ const CHOICES = new Map([
   ["pinned", (text) => ["no", "yes"].find((one) => one === text)],
 ]);
 
-// What names one point: its place, where it is in the file; the parts that make it, where the page computes;
-// and what the page does not have.
+// What the address says of one point: its place, if it is in the file; its parameters and settings, if the page
+// is served; and the parts that the page does not have.
 function readPoint(entries, start) {
   const [place, parts, strange] = [[...start], {}, []];
   for (const [key, text] of entries) {
@@ -80,24 +80,24 @@ function readPoint(entries, start) {
     const axis = at || !live ? axes.findIndex(({ called }) => called.includes(name)) : -1;
     const index = axes[axis] && placeAlong(axis, text);
     if (index !== undefined) place[axis] = index;
-    else if (live && !at) parts[key] = text; // who computes knows what there is
+    else if (live && !at) parts[key] = text; // the server judges it
     else strange.push(axes[axis] ? `${key}=${text}` : key);
   }
   return { place, parts, strange };
 }
 
-// What axes there are, for who asked for another value or name; in the units of the file, as addresses are.
+// The axes, for readers whose address had another value or name; in the units of the file, like addresses.
 const axesInWords = () => {
   const ranges = axes.map(({ name, size }, axis) => `${name} from ${valueText(axis, 0)} to ${valueText(axis, size - 1)}`);
   return ranges.length ? ` It has ${ranges.join(", ")}.` : "";
 };
 
-// Where a page opens that is asked for nothing: of one that computes, at its first point.
+// Where a page opens without an address; a served page opens at its first point.
 const startPlace = () =>
   axes.map(({ name }, axis) => placeAlong(axis, live?.first.at?.[`at.${name}`] ?? "") ?? page.start[axis]);
 
-// What is chosen, and what names the point that is open and the one that is kept. A part of the page may be
-// named as well.
+// What the address chooses, and what it says of the open point and the kept one. It may also name a part of the
+// page.
 function readAddress(hash) {
   const entries = [...new URLSearchParams(element(hash) ? "" : hash)];
   const [chosen, strange] = [{}, []];
@@ -115,12 +115,12 @@ function readAddress(hash) {
   return { chosen, point, kept, strange: strange.sort((one, other) => order(one) - order(other)) };
 }
 
-// Show what an address says; what it does not say, or says of no such thing, is as on a page without one.
+// Show what an address says; everything else is as on a page without an address.
 function recall(hash = location.hash.slice(1)) {
   clearTimeout(waiting);
   const { chosen, point, kept, strange } = readAddress(hash);
   const { view = views[0], variable = variables[0], scale, zoom = null, pinned } = chosen;
-  // Or the pin would be at another point.
+  // Otherwise the pin would be at another point.
   const isPinned = pinned === "yes" && !point.strange.length && axes.length > 0;
   const log = scale === "log" && !variable?.names;
   Object.assign(state, { view, variable, place: point.place, log, zoom, pinned: isPinned });
@@ -133,7 +133,7 @@ function recall(hash = location.hash.slice(1)) {
   open(point, kept);
 }
 
-// Open the point of an address, and before it the one that is to be kept.
+// Open the point of an address, after the one to keep.
 function open(point, kept) {
   if (live) {
     const wanted = Object.keys(point.parts).length ? point.parts : state.pinned ? partsOfPlace(point.place) : firstParts();

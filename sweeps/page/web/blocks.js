@@ -1,6 +1,6 @@
-// The blocks in motion: springs, film, friction force, and the marks that go along in the pictures.
+// The blocks in motion: springs, film, friction force, and the marks that move along in the figures.
 
-// The last of rising values that is not above another one.
+// The index of the last of the rising values that does not exceed the wanted one.
 function indexBefore(values, wanted) {
   let [low, high] = [0, values.length - 1];
   while (low < high) {
@@ -11,9 +11,9 @@ function indexBefore(values, wanted) {
   return low;
 }
 
-const SECONDS = 5; // that a period of the drive takes on the screen
+const SECONDS = 5; // on the screen, for a period of the drive
 const STEPS = 1000;
-// Of the drawing: its middle, how far a block moves, the walls, the film and its layers.
+// The drawing: its middle, how far a block moves, the walls, the film and its layers.
 const [MIDDLE, REACH, LEFT, RIGHT] = [190, 55, 8, 372];
 const [HALF, TOP, BOTTOM, SLANT, LAYERS] = [50, 34, 54, 10, 12];
 
@@ -26,13 +26,13 @@ function zigzag(from, to) {
 
 const largest = (values) => values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
 
-// From the liquid's colour, at 0, to that of the most solid film of the motion.
+// A colour between that of the liquid, at 0, and that of the most solid film of the motion.
 function colourOf(part) {
   const ends = [[214, 234, 246], [0, 90, 150]];
   return `rgb(${ends[0].map((low, at) => Math.round(low + part * (ends[1][at] - low)))})`;
 }
 
-// A mark over a figure, which need not be drawn anew for it to move.
+// A mark over a figure, which moves without the figure being drawn again.
 function markOver(figure, look) {
   const { frame, shadow_el } = Bokeh.index.find_one_by_id(figure.id);
   const mark = document.createElement("div");
@@ -49,7 +49,7 @@ function markOver(figure, look) {
   };
 }
 
-// The blocks at a part of the motion: the samples are as they were kept, closer together where more happens.
+// The blocks at a part of the motion. The samples are closer together where more happens.
 function player() {
   const [portrait, ...courses] = ["portrait", ...COURSES].map(model);
   const moments = courses.map((course) => markOver(course, "border-left: 1px solid #444"));
@@ -58,7 +58,7 @@ function player() {
   let [part, playing, before] = [0, false, 0];
   let most = {};
   let data = null;
-  let [at, beyond] = [0, 0]; // the sample before that part of the time, and how far it is to the next one
+  let [at, beyond] = [0, 0]; // the sample before the present time, and the part of the way to the next one
 
   const valueAt = (name) => data[name][at] + beyond * (data[name][at + 1] - data[name][at]);
 
@@ -138,7 +138,7 @@ function player() {
   element("back").addEventListener("click", () => step(-10));
   element("forward").addEventListener("click", () => step(10));
   element("time").addEventListener("input", ({ target }) => { play(false); show(Math.min(target.value / STEPS, 0.9999)); });
-  // What was moved or zoomed has other places for the marks, as soon as it is drawn.
+  // The marks move when a figure that was moved or zoomed is drawn.
   const after = () => moved && requestAnimationFrame(moveMarks);
   for (const { x_range, y_range } of [portrait, courses[0]]) {
     x_range.change.connect(after);

@@ -1,8 +1,8 @@
-// Puts the numbers of the variable and the slice that are chosen into the figures.
+// Puts the numbers of the chosen variable and slice into the figures.
 
 const scaleNow = () => (state.variable.names ? "kinds" : state.log ? "log" : "linear");
 
-// What goes up; a logarithm has no place for what is not above 0.
+// The height of a point; a logarithmic scale has no place for values that are not above 0.
 function heightAt(point) {
   const value = valueOf(state.variable.name, point);
   return state.log && !(value > 0) ? NaN : value;
@@ -53,12 +53,12 @@ const FILL = {
   },
 };
 
-// The place of each curve of a sheet, at one place of its axis.
+// The place of each curve of a sheet, at one point of its axis.
 function placesOfCurves({ x, curves }, place, at) {
   return curves.map((own) => own.reduce((start, [axis, index]) => start.with(axis, index), place.with(x.axis, at)));
 }
 
-// Fill a figure and show it in its host, the only one there.
+// Fill a figure and show it in its host, which shows one figure at a time.
 function show(sheet, id, place) {
   const { palette, label, names, ranges } = state.variable;
   const [low, high, start, end] = ranges[scaleNow()];
@@ -79,7 +79,7 @@ function show(sheet, id, place) {
   if (host.children[0] !== figure) host.children = [figure];
 }
 
-// Where a point lies in a figure.
+// The position of a point in a figure.
 function spotOf(sheet, place) {
   if (sheet.kind === "cells") return [sheet.x, sheet.y].map(({ places, axis }) => places[place[axis] ?? 0]);
   if (sheet.kind === "curves") return [sheet.x.places[place[sheet.x.axis]], heightAt(pointAt(place))];
@@ -97,7 +97,7 @@ function markSpots(sheet, name, all, dash = []) {
   sourceOf(sheet, name).data = { x: spots.map(([x]) => x), y: spots.map(([, y]) => y) };
 }
 
-// Where the point that was computed lies in a figure; NaN for what the figure does not say.
+// The position of a computed point in a figure; NaN for a coordinate that its numbers do not give.
 function spotOfOpened(sheet, { shown }) {
   const along = ({ axis, places }) => {
     if (axis < 0) return places[0];
@@ -109,12 +109,12 @@ function spotOfOpened(sheet, { shown }) {
   return sheet.names.map((name) => shown[name === "" ? state.variable.name : name] ?? NaN);
 }
 
-// NaN is none of them.
+// The index of the least distance that is not NaN.
 function indexOfLeast(distances) {
   return distances.reduce((best, one, at) => (one < distances[best] || Number.isNaN(distances[best]) ? at : best), 0);
 }
 
-// The place that the mouse means: the cell under it, else the nearest point, as it is seen.
+// The place under the mouse: its cell or, without cells, the nearest point on the screen.
 function placeAt(sheet, x, y) {
   const cell = ({ edges }, value) => edges.slice(1, -1).filter((edge) => edge <= value).length;
   if (sheet.kind === "cells") {

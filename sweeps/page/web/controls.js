@@ -1,10 +1,10 @@
-// The controls of a page that computes: a slider and a box for every parameter, settings, copies, Reset.
+// The controls of a served page: a slider and a box for every parameter, settings, copies, Reset.
 
 const DIGITS = 4; // of the values of a logarithmic slider
 
 const byName = (kind, name) => element(`${kind}-${name}`);
 
-// Sliders stand at values, or at logarithms of these.
+// The position of a slider is a value or its logarithm.
 const positionOf = ({ log }, value) => (log ? Math.log10(value) : value);
 
 // The value at a position, as round as its distance to the next one allows.
@@ -16,7 +16,7 @@ function valueOfSlider({ low, high, log, step }, position) {
   return Number((Math.round(position / step) * step).toFixed(decimals));
 }
 
-// A slider becomes longer where a value lies beyond its end.
+// A slider becomes longer if a value lies beyond its end.
 function placeSlider(name, value) {
   const scale = live.scales[name];
   if (!scale.log || value > 0) {
@@ -30,7 +30,7 @@ function placeSlider(name, value) {
   slider.ariaValueText = byName("box", name).value;
 }
 
-// Why what stands in some boxes is refused, by the names of parameters.
+// Why the texts in some boxes are refused, by the names of the parameters.
 const refusals = new Map();
 
 function markBox(name) {
@@ -42,10 +42,10 @@ function markBox(name) {
 function showRefusals() {
   Object.keys(live.scales).forEach(markBox);
   const shown = (name) => `${state.opened?.texts[name] ?? ""} ${plainOf(live.units[name])}`.trim();
-  complain([...refusals].map(([name, why]) => `${why}. Shown is ${shown(name)}.`));
+  complain([...refusals].map(([name, why]) => `${why}. The page shows ${shown(name)}.`));
 }
 
-// The controls follow a point; a text that is refused stays in its box, but for a point that was chosen.
+// The controls follow a point. A refused text stays in its box until the user chooses a point of the file.
 function showControls({ texts, values, settings, at }) {
   if (at) refusals.clear();
   for (const [name, text] of Object.entries(texts)) {
@@ -77,7 +77,7 @@ function complain(sentences) {
   element("refusals").replaceChildren(...lines);
 }
 
-// What is computed keeps the values from before.
+// The computed point keeps its previous values.
 function showRefusal({ refused, sentence }) {
   for (const [name, why] of Object.entries(refused)) {
     refusals.set(name, why);
@@ -85,20 +85,20 @@ function showRefusal({ refused, sentence }) {
     else delete state.wanted[name];
   }
   showRefusals();
-  if (!refusals.size) complain([`The address asks for what this page does not have: ${sentence}.`]);
+  if (!refusals.size) complain([`This page cannot show the address: ${sentence}.`]);
 }
 
-// The letters of a unit, which is HTML.
+// The text of a unit, which is HTML.
 const plainOf = (html) => new DOMParser().parseFromString(html, "text/html").body.textContent;
 
-// The parts of the point that is open with some changed; of those of a file the others are spelt out.
+// Request the open point with some parts changed; a point of the file becomes its parameters.
 function askFor(changes) {
   state.pinned = false;
   for (const name of Object.keys(changes)) refusals.delete(name);
   ask({ ...state.wanted, ...changes });
 }
 
-// A setting that is chosen; others that it had in the config may not go along with it.
+// Choose a setting; other settings of the noise in the config may not fit it.
 function choose(key, text) {
   const section = key.split(".")[0];
   const others = Object.keys(state.wanted).filter((one) => section === "noise" && one.startsWith("noise."));

@@ -1,12 +1,12 @@
-// What the page holds, and the names by which its modules find it. Figures, colours and words come from
-// Python, sweeps/page.
+// The data of the page, and the names by which the modules find them. Figures, colours and words come from
+// Python (sweeps/page).
 
 const page = JSON.parse(document.getElementById("data").textContent);
 const { axes, parameters, variables, views, orbits } = page;
-const live = page.live ?? null; // of a page that is served by a process that computes
+const live = page.live ?? null; // only on a page served by a process that computes
 
-// What is shown: `motion` and `kept` are motions (motion.js), `opened` is the answer on the open point
-// (server.js), `zoom` the ranges of the picture that were chosen.
+// What the page shows: `motion` and `kept` are motions (motion.js), `opened` is the answer about the open point
+// (server.js), `zoom` has the chosen ranges of the picture.
 const state = {
   view: views[0], variable: variables[0], log: false, place: page.start, pinned: false, zoom: null,
   motion: null, kept: null, opened: null,
@@ -16,7 +16,7 @@ const element = (id) => document.getElementById(id);
 const inputs = [...element("sliders").querySelectorAll("input")];
 const regime = variables.find(({ name }) => name === "regime") ?? variables[0];
 
-// A place is one number for each axis; points are numbered as in the arrays, the last axis first.
+// A place has one number for each axis. Points are numbered in the order of the arrays: the last axis runs fastest.
 const strides = axes.map((_, axis) => axes.slice(axis + 1).reduce((all, { size }) => all * size, 1));
 const pointAt = (place) => place.reduce((point, at, axis) => point + at * strides[axis], 0);
 const placeOf = (point) => axes.map(({ size }, axis) => Math.floor(point / strides[axis]) % size);

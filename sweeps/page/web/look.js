@@ -1,6 +1,6 @@
-// What is looked at: the picture, the numbers of a point, the pin, and the keys that move it.
+// The look of the page: the picture, the numbers of a point, the pin, and the keys that move it.
 
-// Show what there is at a place and, on a map, the curves through it unless another is pinned.
+// Show the numbers at a place and, on a map, the curves through it unless another point is pinned.
 function look(place) {
   const isOther = state.pinned && place !== state.place;
   fillReadout("readout", place);
@@ -18,7 +18,7 @@ function look(place) {
   });
 }
 
-// The ring is at the pin or, of a point that is none of the file, where its parameters are: dashed.
+// The ring is at the pin; a dashed ring is at the parameters of a point outside the file.
 function markOpened(sheet) {
   if (state.pinned || !state.opened) mark(sheet, "mark", state.pinned ? [state.place] : []);
   else markSpots(sheet, "mark", [spotOfOpened(sheet, state.opened)], [4, 3]);
@@ -44,7 +44,7 @@ function draw() {
     slider.hidden = !sheet.sliders.includes(axis);
     const output = slider.querySelector("output");
     output.innerHTML = whereText(state.place, (other) => other === axis);
-    input.ariaValueText = output.textContent; // its own value is the number of a point
+    input.ariaValueText = output.textContent; // the value of the slider is just a point number
   });
   look(state.place);
 }
@@ -56,7 +56,7 @@ function change(changes) {
   remember();
 }
 
-// The picture has the focus then: keys move the pin on.
+// Pin a point. The picture gets the focus, so that keys move the pin.
 function pin(place) {
   change({ place, pinned: true });
   if (live) ask(partsOfPlace(place));
@@ -68,7 +68,7 @@ function release() {
   if (state.pinned && !live) change({ pinned: false });
 }
 
-// Take over what the controls say; errors are looked at on a logarithmic scale.
+// Read the controls. Errors get a logarithmic scale.
 function read({ target }) {
   const [view, variable] = [views[element("view").selectedIndex], variables[element("variable").selectedIndex]];
   if (target.id === "variable") element("log").checked = !variable.names && variable.name.includes("error");
@@ -78,7 +78,7 @@ function read({ target }) {
   change(target.type === "range" ? sliced : { view, variable, log, ...(view !== state.view && { zoom: null }) });
 }
 
-// --- keys: which way they go, across or upward, and how far ---
+// --- keys: whether they go across or up, and how far ---
 
 const WAYS = {
   ArrowLeft: [0, -1],
@@ -89,14 +89,14 @@ const WAYS = {
   End: [0, Infinity],
 };
 
-// The points among which there is no axis to go along: those of a cloud, or of all curves at one value.
+// The points between which keys move without an axis: those of a cloud, or of all curves at one value.
 function placesAround(sheet) {
   if (sheet.kind === "cells") return [];
   if (sheet.kind === "curves") return placesOfCurves(sheet, state.place, state.place[sheet.x.axis]);
   return Array.from({ length: axes[sheet.axis].size }, (_, at) => state.place.with(sheet.axis, at));
 }
 
-// The place next to the present one: along an axis, else the next point that is seen on that side.
+// The place next to the present one along an axis or, without one, the next visible point on that side.
 function placeBeside(sheet, [side, step]) {
   const moved = (at, size) => Math.min(Math.max(at + step, 0), size - 1);
   const axis = [sheet.x, sheet.y][side]?.axis ?? -1;
@@ -108,8 +108,8 @@ function placeBeside(sheet, [side, step]) {
   return seen[moved(here, seen.length)]?.place ?? state.place;
 }
 
-// Whether a key is for the picture: it has the focus, or nothing has. Of a page that is only read, keys
-// that scroll are left alone until a point is pinned, and while the picture is out of sight.
+// True for a key that acts on the picture, which must have the focus, unless nothing has it. Keys still scroll
+// the page while the picture is out of sight, and until a point is pinned.
 function isForPicture({ key, altKey, ctrlKey, metaKey, shiftKey }) {
   if (!WAYS[key] || altKey || ctrlKey || metaKey || shiftKey) return false;
   const { top, bottom } = element("picture").getBoundingClientRect();
@@ -119,7 +119,7 @@ function isForPicture({ key, altKey, ctrlKey, metaKey, shiftKey }) {
   return document.activeElement === document.body && (state.pinned || !scrolls);
 }
 
-// It would stay where the mouse is, away from the pin.
+// Otherwise the crosshair would stay at the mouse, away from the pin.
 function hideCrosshair(sheet) {
   const crosshair = model(sheet.figure).toolbar.tools.find(({ name }) => name === "crosshair");
   crosshair?.overlay.forEach((line) => { line.location = null; });
@@ -128,7 +128,7 @@ function hideCrosshair(sheet) {
 function press(event) {
   if (event.key === "Escape") release();
   if (!isForPicture(event)) return;
-  event.preventDefault(); // or the page scrolls
+  event.preventDefault(); // otherwise the page would scroll
   const sheet = state.view[scaleNow()];
   pin(placeBeside(sheet, WAYS[event.key]));
   hideCrosshair(sheet);

@@ -1,11 +1,11 @@
-// The motion that is drawn, and one that is kept beneath it. A motion has the `data` of its courses (null
-// where it cannot be followed), how many drive `periods` they last, `words` that name it, and the `parts` of
-// an address that name its point.
+// The motion that is drawn, and a kept one beneath it. A motion has the `data` of its time courses (null if it
+// cannot be followed), the number of drive `periods` that they last, `words` that name it, and the `parts` of an
+// address that name its point.
 
 const COURSES = ["lower_displacement", "elastic_stress", "friction_force"];
 
 function emptied(name) {
-  const empty = new Float64Array(2); // of no extent, but a figure wants a range
+  const empty = new Float64Array(2); // two points, because a figure wants a range
   return Object.fromEntries(Object.keys(model(name).data).map((column) => [column, empty]));
 }
 
@@ -24,14 +24,14 @@ function keep(motion) {
   element("kept").innerHTML = motion?.words ?? "";
 }
 
-// Draw the orbit in the page that is nearest to a place, of its kind if there is one.
+// Draw the orbit in the page that is nearest to a place, and of the same kind if possible.
 function showOrbit(place) {
   const number = valueOf("nearest orbit", pointAt(place));
   const { point, words, drawn, periods } = orbits[number];
   const own = placeOf(point);
   const [here, there] = [point, pointAt(place)].map((one) => variableText(regime, one));
   const kinds = here === there ? " among those of its kind" : ` (${here}; there: ${there})`;
-  const other = `<span>The point with an orbit in this page that is nearest to ${whereText(place)}${kinds}.</span>`;
+  const other = `<span>This point is the nearest to ${whereText(place)} with an orbit in this page${kinds}.</span>`;
   const head = `<strong>${whereText(own)}</strong>${point === pointAt(place) ? "" : other}`;
   element("orbit-words").innerHTML = `${head}${words}<code>${replayCommand(own)}</code>`;
   const data = drawn ? model(`orbit ${number}`).data : null;

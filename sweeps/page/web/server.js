@@ -1,16 +1,16 @@
-// Requests to who computes. One is under way at a time; the latest that waits takes its place when it is
-// answered, or has taken long: then nobody needs its answer any more.
+// Requests to the server, one at a time. The latest request that waits is sent when the previous one is answered,
+// or has taken so long that nobody needs its answer any more.
 
 const PATIENCE = 250; // milliseconds
-const MOMENT = 400; // milliseconds: what takes no longer is not announced
-const LOADING = 2000; // milliseconds: what is compiled already is loaded in less
+const MOMENT = 400; // milliseconds: shorter waits are not announced
+const LOADING = 2000; // milliseconds: compiled code loads in less
 
 const tab = Array.from(crypto.getRandomValues(new Uint32Array(2))).join("-");
 let asked = 0;
-let next = null; // what is to be asked
-let flight = null; // what is asked
+let next = null; // the request that waits
+let flight = null; // the request that is under way
 
-// Ask for the point that some parts name; `after` is called when it is shown.
+// Request the point that these parts name; `after` is called when it is shown.
 function ask(parts, after = () => {}) {
   next = { parts, after, since: next?.since ?? flight?.since ?? performance.now() };
   if (!Object.keys(parts).some((key) => key.startsWith("at."))) state.wanted = { ...parts };
@@ -41,12 +41,12 @@ async function receive(request) {
   } catch (error) {
     if (request !== flight) return; // another one was sent
     flight = null;
-    complain([`The orbit could not be had: ${error.message}. Is \`stickslip explore\` still running?`]);
+    complain([`The server has not answered: ${error.message}. Is \`stickslip explore\` still running?`]);
   }
   send();
 }
 
-// The lines of JSON of a body, as they come.
+// The lines of JSON of a body, as they arrive.
 async function* linesOf(body) {
   const reader = body.pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
@@ -81,7 +81,7 @@ function showAnswer(answer) {
   const { courses, periods, kept, at, parts } = answer;
   const data = courses && Object.fromEntries(Object.entries(courses).map(([name, text]) => [name, unpacked(text)]));
   state.opened = answer;
-  if (!next) { // or what was moved meanwhile would go back
+  if (!next) { // otherwise a slider that was moved meanwhile would jump back
     state.wanted = { ...parts };
     showControls(answer);
   }
@@ -95,7 +95,7 @@ function showAnswer(answer) {
   remember();
 }
 
-// Say what is awaited, where it takes longer than a moment.
+// Say what the page is waiting for, if that takes longer than a moment.
 function announce() {
   const awaited = flight ?? next;
   const waited = awaited ? performance.now() - awaited.since : 0;

@@ -1,4 +1,4 @@
-// Puts the figures into the page, and begins to answer the mouse, keys and the address.
+// Puts the figures into the page, and reacts to the mouse, the keys and the address.
 
 function listen() {
   element("controls").addEventListener("input", read);
@@ -42,13 +42,13 @@ function* everything(root) {
   }
 }
 
-// Bokeh's figures stop the tabulator where no key does anything.
-function nameParts() {
+// Bokeh makes its figures stops of the Tab key, although no key does anything there.
+function skipFigures() {
   for (const one of everything(document)) if (one.matches(".bk-events")) one.tabIndex = -1;
 }
 
-// A thumb scrolls the page over pictures too; in a narrow window these are lower, and a legend is a column
-// where the pictures are narrow.
+// A thumb also scrolls the page over figures. In a narrow window the figures are lower, and legends of narrow
+// figures have one column.
 function fit() {
   const [isTouched, isNarrow] = ["(pointer: coarse)", "(max-width: 600px)"].map((query) => matchMedia(query).matches);
   const isColumn = element("picture").clientWidth < 600;
@@ -65,7 +65,7 @@ async function start() {
   const roots = Object.fromEntries(ids.map((id, at) => [id, page.hosts[at]]));
   await Bokeh.embed.embed_items({ page: page.document }, [{ docid: "page", root_ids: ids, roots }]);
   fit();
-  nameParts();
+  skipFigures();
   beginBlocks();
   if (live) {
     beginControls();
@@ -76,7 +76,7 @@ async function start() {
     keep(state.kept ? null : state.motion);
     remember();
   });
-  // What was typed, even if another one was written meanwhile.
+  // The address that was typed, even if the page has written another one meanwhile.
   window.addEventListener("hashchange", ({ newURL }) => recall(new URL(newURL).hash.slice(1)));
   recall();
   document.body.dataset.ready = "yes";

@@ -1,4 +1,4 @@
-// Words and numbers; whatever of them is text of the file was escaped in Python.
+// Words and numbers. Python has escaped all text from the file.
 
 function numberText(value) {
   if (!Number.isFinite(value)) return "none";
@@ -30,7 +30,7 @@ function fillReadout(id, place) {
   element(id).querySelectorAll("td").forEach((cell, row) => { cell.innerHTML = texts[row]; });
 }
 
-// The command that computes a point again; it takes the nearest point.
+// The command that computes a point again; it selects the nearest point.
 function replayCommand(place) {
   const own = parameters.filter(({ name, axis }) => axes[axis].name === name);
   const words = own.map(({ name, axis }) => `--at ${name}=${valueText(axis, place[axis])}`);
