@@ -1,4 +1,4 @@
-"""Charts of results: which kind, and which point is meant by a place in one."""
+"""Charts of results: their kinds, axes and values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GAMMA = list(GAMMAS)
 
 
 def regimes(ds):
-    """Liquid above 280 K, stick-slip below, along one axis."""
+    """Return a sweep along one axis that is liquid above 280 K and slips below."""
     return ds.assign(regime=("temperature", np.where(T > 280.0, 0, 2).astype("i1")))
 
 

@@ -1,4 +1,4 @@
-"""Quantiles of results over the cases of a sample, and the bands that are drawn of them."""
+"""Quantiles of results over the cases of a sample, and the bands drawn from them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ F = "friction_force_amplitude"
 
 
 def over_temperatures(count: int = 64) -> xr.Dataset:
-    """Random cases at three temperatures: the forces are numbers from 1 on, in no order."""
+    """Return random cases at three temperatures; the forces are 1, 2, ... mN in random order."""
     ds = random_cases(count, spring_stiffness=(1e3, 5e3)).drop_vars("temperature")
     ds = xr.concat(
         [ds] * 3,
@@ -27,7 +27,7 @@ def over_temperatures(count: int = 64) -> xr.Dataset:
     return ds.assign({F: (ds[F].dims, forces * 1e-3, ds[F].attrs)})
 
 
-def test_quantiles_are_those_of_the_cases_with_a_result():
+def test_quantiles_are_taken_over_the_cases_with_a_result():
     ds = over_temperatures(11)
     ds = failed(ds, Status.NOT_STATIONARY, temperature=0, case=[0, 1])
     ds = failed(ds, Status.NOT_STATIONARY, temperature=1)
@@ -54,7 +54,7 @@ def test_quantiles_are_those_of_the_cases_with_a_result():
         (over_temperatures(4), [], "lie between 0 and 1"),
     ],
 )
-def test_quantiles_that_are_none_are_refused(ds, levels, said):
+def test_impossible_quantiles_are_refused(ds, levels, said):
     with pytest.raises(ValueError, match=said):
         quantiles_of(ds, levels)
 

@@ -1,4 +1,4 @@
-"""The pictures: what is drawn, in which unit, and how it is named."""
+"""The pictures: curves, units and labels."""
 
 from __future__ import annotations
 
@@ -30,9 +30,12 @@ from sweeps.figures import draw
 # --- amplitudes ---------------------------------------------------------------------------------
 
 
-def test_amplitudes_are_two_panels_with_a_curve_per_lubricant_in_shown_units():
+def test_amplitudes_are_two_panels_with_a_curve_for_each_lubricant_in_shown_units():
     ds = sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS))
     upper, lower = panels(draw(ds))
+    assert lower.get_xlabel() == "$T$ (K)"
+    assert upper.get_ylabel() == r"$\sigma_\mathrm{el,max}$ (MPa)"
+    assert lower.get_ylabel() == r"$F_\mathrm{max}$ (mN)"
     for axes, name, factor in (
         (upper, "elastic_stress_amplitude", 1e-6),
         (lower, "friction_force_amplitude", 1e3),
@@ -45,13 +48,6 @@ def test_amplitudes_are_two_panels_with_a_curve_per_lubricant_in_shown_units():
     assert upper.get_shared_x_axes().joined(upper, lower)
 
 
-def test_labels_come_from_the_registry_with_the_shown_unit():
-    upper, lower = panels(draw(sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS))))
-    assert lower.get_xlabel() == "$T$ (K)"
-    assert upper.get_ylabel() == r"$\sigma_\mathrm{el,max}$ (MPa)"
-    assert lower.get_ylabel() == r"$F_\mathrm{max}$ (mN)"
-
-
 def test_the_legend_names_the_fluids_with_fractions():
     ds = sweep(temperature=TEMPERATURES, rheological_index=[*GAMMAS, 0.5])
     assert legend_of(draw(ds)) == [
@@ -62,16 +58,13 @@ def test_the_legend_names_the_fluids_with_fractions():
     ]
 
 
-def test_the_unit_of_k_is_that_of_its_fluid():
-    k = np.linspace(1e4, 2e5, 12)
-
-    def label(ds):
-        return panels(draw(ds))[1].get_xlabel()
-
-    ds = sweep(viscosity_coefficient=k, rheological_index=list(GAMMAS))
-    assert label(ds) == r"$k$ (Pa$\cdot$s$^{\gamma+1}$)"
-    assert label(ds.isel(rheological_index=0)) == r"$k$ (Pa$\cdot$s$^{1/3}$)"
-    assert label(ds.isel(rheological_index=1)) == r"$k$ (Pa$\cdot$s)"
+@pytest.mark.parametrize(
+    ("gammas", "units"),
+    [(GAMMAS, r"Pa$\cdot$s$^{\gamma+1}$"), ([-2 / 3], r"Pa$\cdot$s$^{1/3}$"), ([0], r"Pa$\cdot$s")],
+)
+def test_the_unit_of_k_depends_on_the_fluid(gammas, units):
+    ds = sweep(viscosity_coefficient=np.linspace(1e4, 2e5, 12), rheological_index=list(gammas))
+    assert panels(draw(ds))[1].get_xlabel() == f"$k$ ({units})"
 
 
 def test_curves_that_coincide_stay_visible():
@@ -102,7 +95,7 @@ def test_the_x_axis_is_logarithmic_where_the_points_are(values, scale):
     assert lower.get_xlabel() == "$K$ (N/m)"
 
 
-def test_a_geometric_axis_is_told_from_any_other():
+def test_only_values_with_a_common_ratio_are_geometric():
     assert is_geometric(np.geomspace(1e-9, 1e-3, 50))
     assert not is_geometric(np.array([1.0, 2.0]))
     assert not is_geometric(np.array([-4.0, -2.0, -1.0]))
@@ -215,32 +208,30 @@ def test_relative_motion_is_upper_minus_lower():
     assert [upper.get_ylabel(), lower.get_ylabel()] == ["$X - x$ (µm)", "$V - v$ (µm/s)"]
 
 
-def test_phase_portraits_are_lettered_panels_with_their_frequency():
+@pytest.mark.parametrize(
+    ("figure", "across", "up", "factor", "labels"),
+    [
+        (
+            "phase_portraits",
+            "lower_displacement",
+            "lower_velocity",
+            1e6,
+            ("$x$ (µm)", "$v$ (µm/s)"),
+        ),
+        ("force_loops", "upper_displacement", "friction_force", 1e3, ("$X$ (µm)", "$F$ (mN)")),
+    ],
+)
+def test_portraits_are_lettered_panels_with_their_frequency(figure, across, up, factor, labels):
     ds = portraits()
-    axes = panels(draw(ds, "phase_portraits"))
-    titles = [panel.get_title(loc="left") for panel in axes]
-    assert titles == [
-        rf"({letter}) $\omega = {omega}$ rad/s"
-        for letter, omega in zip("abcd", (10, 15, 32, 38), strict=True)
-    ]
-    for i, panel in enumerate(axes):
+    axes = panels(draw(ds, figure))
+    for i, (panel, omega) in enumerate(zip(axes, (10, 15, 32, 38), strict=True)):
+        assert panel.get_title(loc="left") == rf"({'abcd'[i]}) $\omega = {omega}$ rad/s"
         (line,) = curves(panel)
         one = ds.isel(angular_frequency=i)
-        np.testing.assert_allclose(line.get_xdata(), one.lower_displacement * 1e6)
-        np.testing.assert_allclose(line.get_ydata(), one.lower_velocity * 1e6)
-        assert (panel.get_xlabel(), panel.get_ylabel()) == ("$x$ (µm)", "$v$ (µm/s)")
-    rows = {round(panel.get_subplotspec().rowspan.start) for panel in axes}
-    assert rows == {0, 1}
-
-
-def test_force_loops_show_the_force_over_the_way_of_the_drive():
-    ds = portraits()
-    for i, panel in enumerate(panels(draw(ds, "force_loops"))):
-        (line,) = curves(panel)
-        one = ds.isel(angular_frequency=i)
-        np.testing.assert_allclose(line.get_xdata(), one.upper_displacement * 1e6)
-        np.testing.assert_allclose(line.get_ydata(), one.friction_force * 1e3)
-        assert (panel.get_xlabel(), panel.get_ylabel()) == ("$X$ (µm)", "$F$ (mN)")
+        np.testing.assert_allclose(line.get_xdata(), one[across] * 1e6)
+        np.testing.assert_allclose(line.get_ydata(), one[up] * factor)
+        assert (panel.get_xlabel(), panel.get_ylabel()) == labels
+    assert {panel.get_subplotspec().rowspan.start for panel in axes} == {0, 1}
 
 
 def test_a_single_portrait_needs_no_letter():
@@ -288,7 +279,7 @@ def test_the_figure_is_chosen_from_the_dataset():
         (xr.Dataset(), None, "needs elastic_stress_amplitude, friction_force_amplitude"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused_by_name(ds, figure, words):
+def test_a_figure_without_its_data_is_refused_by_name(ds, figure, words):
     with pytest.raises(ValueError, match=words):
         draw(ds, figure)
 
@@ -341,7 +332,7 @@ def test_a_fit_has_curves_data_with_error_bars_and_residuals_below():
     figure = draw(fitted(5.0, 10.0))
     above, below = panels(figure)
     assert [len(bars.get_segments()) for bars in above.collections] == [3, 1, 4]
-    assert len(below.lines) == 1 + 3  # zero, and the second datum, which is hollow, by itself
+    assert len(below.lines) == 1 + 3  # zero; the second datum, which is hollow, is another line
     hollow = next(line for line in below.lines if line.get_markerfacecolor() == "white")
     assert hollow.get_xdata().tolist() == [200.0]
     assert "residual" in below.get_ylabel()

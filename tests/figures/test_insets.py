@@ -11,7 +11,7 @@ from sweeps.figures import draw
 
 
 def with_loop(size: float) -> object:
-    """Portraits of a circle with three loops of this part of its extent at its right end."""
+    """Return portraits of a circle with three loops at its right, of this part of its extent."""
     ds = portraits().isel(angular_frequency=[0])
     turn = np.linspace(0.0, 2 * np.pi, 300)
     small = 0.5e-6 * (1.0 - size) + 0.5e-6 * size * np.cos(9 * turn[:100])
@@ -61,6 +61,6 @@ def test_fig_2_shows_three_energies_and_enlarges_the_barrier() -> None:
     assert {"solid", "both", "liquid"} <= {text.get_text() for text in below.texts}
 
 
-def test_where_no_film_has_a_barrier_nothing_is_enlarged() -> None:
+def test_nothing_is_enlarged_if_no_film_has_a_barrier() -> None:
     above, _ = panels(draw(phase_diagram(temperatures=[200.0, 250.0])))
     assert above.child_axes == []

@@ -1,4 +1,4 @@
-"""Jumps are no slopes: where the line of a curve breaks, and where it does not."""
+"""Jumps are not slopes: where the line of a curve breaks, and where it does not."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BETWEEN = (TEMPERATURES[STEP - 1] + TEMPERATURES[STEP]) / 2
 
 
 def curve(stress, other=None):
-    """The upper panel of a sweep with a stress (35,); `other` says where the regime is another."""
+    """Return the upper panel of a sweep with a stress (35,); `other` marks points of regime 3."""
     regime = np.zeros(35, dtype="i1")
     regime[STEP:] = 2
     if other is not None:

@@ -1,4 +1,4 @@
-"""Where points are missing, and where they lie: gaps, crosses, curves, maps, facets, tables."""
+"""Missing points, and layouts: gaps, crosses, curves, maps, facets, tables."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_number_with_a_bad_status_is_not_drawn():
     assert "1 of 35 points missing (1 invariant violated)" in note(figure)
 
 
-def test_a_nan_without_a_reason_is_told():
+def test_a_nan_without_a_reason_is_reported():
     ds = sweep(temperature=TEMPERATURES)
     ds["friction_force_amplitude"][3] = np.nan
     assert "1 without a value" in note(draw(ds))
@@ -128,7 +128,7 @@ def test_five_axes_give_a_few_panels_and_say_where_the_rest_is_cut():
     middle = ds.isel(viscosity_coefficient=3, spring_stiffness=3, rheological_index=1)
     expected = middle.elastic_stress_amplitude.isel(angular_frequency=2) * 1e-6
     np.testing.assert_allclose(curves(panels(figure)[2])[1].get_ydata(), expected)
-    # What is missing elsewhere is no matter of this picture.
+    # Points missing elsewhere do not concern this picture.
     assert note(figure) == (
         r"In the middle of further axes: $k = 60341.8$ Pa$\cdot$s$^{\gamma+1}$, $K = 3017.09$ N/m."
     )
@@ -220,7 +220,7 @@ def test_linked_cases_alone_lie_along_their_first_parameter():
 
 
 def cells(figure) -> dict[str, str]:
-    """The table of a picture: the text to the right of each symbol."""
+    """Return the table of a picture: the text to the right of each symbol."""
     rows: dict[float, list[tuple[float, str]]] = {}
     for text in figure.texts:
         rows.setdefault(text.get_position()[1], []).append(

@@ -171,7 +171,7 @@ def lines_on(axes) -> list[LineCollection]:
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_lines_are_drawn_in_the_order_of_the_axes(ds, turned):
+def test_lines_follow_the_order_of_the_axes(ds, turned):
     x, y = ("omega", "T") if turned else ("T", "omega")
     options = PlotOptions("regime", x=x, y=y, boundaries=borders_of(spring_stiffness=3000.0))
     (axes,) = panels(draw(ds, options=options))
@@ -183,7 +183,7 @@ def test_lines_are_drawn_in_the_order_of_the_axes(ds, turned):
     assert not drawn.get_rasterized()
 
 
-def test_grazing_and_folds_are_told_apart(ds):
+def test_grazing_and_folds_differ(ds):
     borders = borders_of()
     borders["type"][:] = [0, 0, 1, 1, 1, 0]  # of the second line all; of the first line a part
     figure = draw(ds, options=PlotOptions("regime", boundaries=borders))
@@ -200,18 +200,18 @@ def test_grazing_and_folds_are_told_apart(ds):
     assert not [label for label in legend_of(same) if "border" in label]
 
 
-def test_without_them_pixels_are_parted_as_before(ds):
+def test_without_borders_lines_separate_cells(ds):
     (axes,) = panels(draw(ds, options=PlotOptions("regime")))
     (between,) = lines_on(axes)
     assert len(between.get_paths()) == SPEEDS.size
 
 
-def test_both_amplitudes_have_them(ds):
+def test_both_amplitudes_have_borders(ds):
     figure = draw(ds, options=PlotOptions(boundaries=borders_of()))
     assert [len(lines_on(axes)) for axes in panels(figure)[:2]] == [1, 1]
 
 
-def test_only_panels_of_their_values_have_them(ds):
+def test_only_panels_with_the_parameters_of_the_borders_have_them(ds):
     both = xr.concat([ds, ds], dim="spring_stiffness", combine_attrs="override")
     both = described(both.assign_coords(spring_stiffness=[2000.0, 3000.0]))
     options = PlotOptions("regime", boundaries=borders_of(spring_stiffness=3000.0))

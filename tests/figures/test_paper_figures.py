@@ -1,4 +1,4 @@
-"""`stickslip figure N`: the figures of the paper from scratch, and what a failure says."""
+"""`stickslip figure N`: the figures of the paper from scratch, and reports of failures."""
 
 from __future__ import annotations
 

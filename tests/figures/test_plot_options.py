@@ -1,4 +1,4 @@
-"""What a user chooses about a picture: variable, axes, slices, scales, and what is refused."""
+"""The choices of a user: variables, axes, slices, scales; bad choices are refused."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_scales_are_logarithmic_where_asked(ds):
     assert [bar.get_yscale() for bar in figure.axes[2:]] == ["log", "log"]
 
 
-def test_what_has_no_place_on_a_logarithmic_scale_is_told(ds):
+def test_values_without_a_logarithm_are_counted(ds):
     ds["elastic_stress_amplitude"][:4] = 0.0
     one = ("gamma=0", "K=3000")
     figure = chosen(ds, variable="elastic_stress_amplitude", at=one, log="z")
@@ -138,7 +138,7 @@ def test_a_linked_parameter_can_be_the_axis():
         ({"log": "x", "x": "gamma"}, "needs numbers above 0"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused_with_the_remedy(ds, options, words):
+def test_a_bad_choice_is_refused_with_the_remedy(ds, options, words):
     with pytest.raises(ValueError, match=words):
         chosen(ds, **options)
 
@@ -172,7 +172,7 @@ def test_variables_of_a_trajectory_choose_panels_of_its_courses():
         (fitted(), {"variable": "F_max"}, "holds a fit, .* choose a figure by name: 'fit'"),
     ],
 )
-def test_what_is_no_sweep_has_no_axes_to_choose(ds, options, words):
+def test_only_a_sweep_has_axes_to_choose(ds, options, words):
     with pytest.raises(ValueError, match=words):
         chosen(ds, **options)
 
@@ -182,7 +182,7 @@ def test_a_figure_by_name_takes_no_variable():
         draw(trajectory(), "time_courses", PlotOptions("friction_force"))
 
 
-def test_a_variable_of_ones_own_has_its_name_and_unit(ds):
+def test_a_variable_of_the_user_has_its_name_and_unit(ds):
     ds = ds.sel(spring_stiffness=STIFFNESS[0]).isel(rheological_index=0)
     force = ds.friction_force_amplitude
     force.attrs |= RESULTS["friction_force_amplitude"].attributes  # handed on by xarray or not
@@ -199,7 +199,7 @@ def test_a_variable_of_ones_own_has_its_name_and_unit(ds):
         chosen(own.assign(words=force.astype(str)), variable="words")
 
 
-def test_a_map_of_a_variable_of_ones_own(ds):
+def test_a_map_of_a_variable_of_the_user(ds):
     ds = ds.isel(rheological_index=0)
     own = ds.assign(mu=(ds.friction_force_amplitude / 0.01).drop_attrs())
     figure = chosen(own, variable="mu", x="T", y="K")

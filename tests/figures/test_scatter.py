@@ -1,4 +1,4 @@
-"""Linked cases in no order: points, coloured by regime, and no line that joins them."""
+"""Linked cases in no order: points, coloured by regime, without lines between them."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_a_parameter_sampled_over_decades_has_a_logarithmic_axis(spaced, scale):
     assert scales == {"$T$ (K)": "linear", "$K$ (N/m)": scale}
 
 
-def test_pairs_show_where_each_kind_lies():
+def test_pairs_show_the_kinds_over_each_pair_of_parameters():
     ds = described(random_cases(**VARIED))
     figure = draw(ds, "pairs")
     assert len(panels(figure)) == 3

@@ -1,4 +1,4 @@
-"""Matplotlib's settings: those of the house and of a style file, while a picture is drawn."""
+"""Settings of matplotlib while a picture is drawn: the house style, and style files."""
 
 from __future__ import annotations
 
@@ -11,16 +11,14 @@ from support.pictures import TEMPERATURES, curves, panels, sweep
 from sweeps.figures import Look, PlotOptions, draw, save
 
 
-def test_settings_are_afterwards_what_they_were(tmp_path):
+def test_settings_are_restored(tmp_path):
     style = tmp_path / "large.mplstyle"
     style.write_text("font.size: 12\naxes.grid: True\n")
     before = dict(mpl.rcParams)
     ds, look = sweep(temperature=TEMPERATURES), Look(style=style)
     save(draw(ds, None, PlotOptions(look=look)), tmp_path / "a", look)
     with pytest.raises(ValueError, match="unknown variable"):
-        draw(
-            sweep(temperature=TEMPERATURES), None, PlotOptions(variable="x", look=Look(style=style))
-        )
+        draw(ds, None, PlotOptions(variable="x", look=look))
     assert dict(mpl.rcParams) == before
 
 
@@ -44,7 +42,7 @@ def test_a_style_of_matplotlib_goes_by_its_name():
         draw(ds, None, PlotOptions(look=Look(style=Path("ggplo"))))
 
 
-def test_settings_of_the_user_make_no_other_picture(tmp_path, monkeypatch):
+def test_settings_of_the_user_do_not_change_the_picture(tmp_path, monkeypatch):
     ds = sweep(temperature=TEMPERATURES)
     (usual,) = save(draw(ds), tmp_path / "a.png")
     monkeypatch.setitem(mpl.rcParams, "font.size", 20.0)
@@ -62,7 +60,7 @@ def test_settings_of_the_user_make_no_other_picture(tmp_path, monkeypatch):
         ("font.size: big and bold\n", "is not a matplotlib style file"),
     ],
 )
-def test_a_style_file_that_cannot_be_used_is_refused(tmp_path, text, words):
+def test_a_bad_style_file_is_refused(tmp_path, text, words):
     style = tmp_path / "large.mplstyle"
     if text is not None:
         style.write_text(text)
@@ -70,7 +68,7 @@ def test_a_style_file_that_cannot_be_used_is_refused(tmp_path, text, words):
         draw(sweep(temperature=TEMPERATURES), None, PlotOptions(look=Look(style=style)))
 
 
-def test_windows_and_toolbars_are_no_matter_of_style(tmp_path):
+def test_a_style_does_not_set_windows_and_toolbars(tmp_path):
     style = tmp_path / "mine.mplstyle"
     style.write_text("backend: TkAgg\ninteractive: True\nfont.size: 9\n")
     draw(sweep(temperature=TEMPERATURES), None, PlotOptions(look=Look(style=style)))

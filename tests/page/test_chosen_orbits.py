@@ -1,4 +1,4 @@
-"""Which points have their orbit in a page, which orbit is nearest, and how it is thinned."""
+"""The choice of points with an orbit in a page, the nearest orbit, and thinning."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ T, K = np.linspace(150.0, 320.0, 30), np.linspace(500.0, 5000.0, 20)
 
 @pytest.fixture
 def ds():
-    """A map that is liquid in its right third, with one asymmetric point, and a failed one."""
+    """Return a map that is liquid in its right third, with an asymmetric and a failed point."""
     ds = sweep(temperature=T, spring_stiffness=K)
     regime = np.where(np.arange(30)[:, None] >= 20, 0, 2) * np.ones((30, 20), dtype="i1")
     regime[4, 7] = 3
@@ -41,7 +41,7 @@ def test_the_point_where_the_page_opens_comes_first_unless_it_is_still_to_be_com
     assert start not in chosen_points(ds, 10_000)
 
 
-def test_failed_points_are_next_and_there_are_no_more_than_asked_for(ds):
+def test_failed_points_are_next_and_the_number_is_limited(ds):
     assert chosen_points(ds, 2).tolist() == sorted([2 * 20 + 3, start_of(ds)])
     assert chosen_points(ds, 0).size == 0
     assert np.unique(chosen_points(ds, 50)).size == 50
@@ -88,7 +88,7 @@ def test_the_nearest_orbit_is_one_of_the_same_kind_where_there_is_one(ds):
     assert nearest_chosen(ds, np.array([far, liquid]))[4 * 20 + 7] == 0  # any: none is asymmetric
 
 
-def test_of_a_sobol_sequence_points_of_the_whole_box_have_orbits():
+def test_points_in_the_whole_box_of_a_sobol_sequence_have_orbits():
     ds = random_cases(1024, temperature=(150.0, 320.0), spring_stiffness=(100.0, 1e4))
     drawn = qmc.scale(qmc.Sobol(2, rng=1).random(1024), [150.0, 100.0], [320.0, 1e4])
     names = ("temperature", "spring_stiffness")
@@ -113,7 +113,7 @@ def test_among_cases_in_no_order_the_nearest_has_similar_parameters():
 # --- courses --------------------------------------------------------------------------------------
 
 
-def test_lines_between_the_kept_samples_miss_no_curve():
+def test_lines_between_the_kept_samples_reproduce_the_curves():
     time = np.linspace(0.0, 1.0, 4001)
     heights = np.stack([np.sin(20 * time), np.where(time < 0.3, 0.0, 5.0), np.zeros_like(time)])
     kept = thinned(np.stack([time, *heights]))

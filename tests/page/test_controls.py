@@ -1,4 +1,4 @@
-"""Sliders: their ranges, what a position means, and numbers as they are written."""
+"""Sliders: their ranges and steps; numbers as boxes show them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from stickslip.variables import PARAMETERS
 from sweeps.page.controls import (
     Scale,
     exact_text,
+    read_number,
     scale_of,
     scale_of_axis,
     scales_of,
@@ -20,7 +21,7 @@ LINEAR, LOGARITHMIC = Scale(100.0, 350.0), Scale(10.0, 1e5, logarithmic=True)
 
 
 @pytest.mark.parametrize("name", PARAMETERS)
-def test_every_slider_reaches_the_papers_value_and_valid_ones_only(name: str):
+def test_every_slider_reaches_the_papers_value_and_only_valid_ones(name: str):
     scale, parameter = scale_of(name), PARAMETERS[name]
     assert scale.lower <= parameter.default <= scale.upper
     assert scale.lower < scale.upper
@@ -28,10 +29,13 @@ def test_every_slider_reaches_the_papers_value_and_valid_ones_only(name: str):
     assert parameter.complaint(scale.upper) is None
 
 
-def test_what_spans_decades_is_logarithmic_and_temperatures_are_not():
+def test_a_slider_over_decades_is_logarithmic_and_temperatures_are_not():
     for name in (
-        "viscosity_coefficient", "spring_stiffness", "angular_frequency", "drive_amplitude"
-    ):  # fmt: skip
+        "viscosity_coefficient",
+        "spring_stiffness",
+        "angular_frequency",
+        "drive_amplitude",
+    ):
         assert scale_of(name).logarithmic
         assert scale_of(name).upper >= 1e3 * scale_of(name).lower
     assert not scale_of("temperature").logarithmic
@@ -83,6 +87,4 @@ def test_long_numbers_are_cut_in_a_box_only():
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_text_is_read_as_the_same_number(value: float):
-    from sweeps.page.controls import read_number
-
     assert read_number(exact_text(value)) == value

@@ -1,4 +1,4 @@
-"""The script of the page: a linter finds nothing in it, and would."""
+"""The script of the page: a linter finds nothing in it, and would find faults."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_linter_finds_nothing(tmp_path: Path):
 
 
 @pytest.mark.parametrize("fault", ["misspelt(state);", "const unused = 1;", "state.log == 1;"])
-def test_a_linter_finds_what_is_wrong(fault: str, tmp_path: Path):
+def test_a_linter_finds_a_fault(fault: str, tmp_path: Path):
     assert linted(script().replace("start();\n", f"start();\n{fault}\n"), tmp_path).returncode
 
 

@@ -1,4 +1,4 @@
-"""Borders on maps of the pages: what is drawn, and what the pointer shows of it."""
+"""Borders on maps of the pages: their lines, their legend, and what the pointer shows."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def lines_in(shape):
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_lines_are_parted_where_their_type_changes(turned):
+def test_lines_are_divided_where_their_type_changes(turned):
     axes = ("angular_frequency", "temperature") if turned else ("temperature", "angular_frequency")
     _, shapes = drawn_with(borders_of(), *axes)
     places = PLACES[:, ::-1] if turned else PLACES
@@ -73,16 +73,15 @@ def test_a_legend_hides_them_and_the_pointer_names_them():
     assert data["type"] == ["fold", "fold"]
 
 
-def test_counts_are_named_where_the_borders_are_of_these():
+def test_borders_of_counts_name_the_counts():
     counts = {"orbit_periods_left": [1] * 8, "orbit_periods_right": [2] * 8}
     _, shapes = drawn_with(borders_of(**counts))
     (words,) = shapes["borders grazing"].data_source.data["between"]
-    assert words == (
-        "stick-slip, symmetric, orbit periods 1 | stick-slip, symmetric, orbit periods 2"
-    )
+    before, after = (f"stick-slip, symmetric, orbit periods {count}" for count in (1, 2))
+    assert words == f"{before} | {after}"
 
 
-def test_points_alone_are_no_lines():
+def test_single_points_are_not_lines():
     drawn, shapes = drawn_with(borders_of().isel(boundary_point=[7]))
     assert not shapes
     assert not drawn.legend

@@ -1,4 +1,4 @@
-"""The page in a notebook: shown in place, served while the kernel runs, and gone with it."""
+"""The page in a notebook: a cell shows it, and it ends with the kernel."""
 
 from __future__ import annotations
 

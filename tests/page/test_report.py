@@ -1,4 +1,4 @@
-"""The page of `stickslip report`: what it holds, that it is safe and needs nothing else."""
+"""The page of `stickslip report`: its content and safety, without any other file."""
 
 from __future__ import annotations
 
@@ -54,32 +54,34 @@ def page(ds: xr.Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def payload_of(page: Path) -> dict[str, Any]:
-    text = page.read_text("utf-8")
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
-    assert found
-    data: dict[str, Any] = json.loads(found[1])
+    data: dict[str, Any] = json.loads(payload_text(page))
     return data
 
 
-def test_nothing_of_the_file_becomes_markup(page: Path) -> None:
+def payload_text(page: Path) -> str:
+    text = page.read_text("utf-8")
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert found
+    return found[1]
+
+
+def test_no_text_of_the_file_becomes_markup(page: Path) -> None:
     text = page.read_text("utf-8")
     assert "<b>title</b>" not in text
     assert "map <i>.nc" not in text
     assert "Odd &lt;/script&gt;&lt;b&gt;title" in text
-    payload = re.search(r'id="data">(.*?)</script>', text, re.DOTALL)
-    assert payload
-    assert "<" not in payload[1]
+    assert "<" not in payload_text(page)
 
 
 def test_the_page_forbids_the_network(page: Path) -> None:
-    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page.read_text("utf-8"))
-    assert policy
-    assert "default-src 'none'" in policy[1]
-    assert "http" not in policy[1]
-    assert not re.search(r'<(?:script|link|img)[^>]+(?:src|href)="http', page.read_text("utf-8"))
+    text = page.read_text("utf-8")
+    (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', text)
+    assert "default-src 'none'" in policy
+    assert "http" not in policy
+    assert not re.search(r'<(?:script|link|img)[^>]+(?:src|href)="http', text)
 
 
-def test_failed_points_have_an_orbit_and_stand_in_a_table(page: Path) -> None:
+def test_failed_points_have_an_orbit_and_a_row_of_a_table(page: Path) -> None:
     orbits = payload_of(page)["orbits"]
     assert len(orbits) == 20
     assert 0 in [orbit["point"] for orbit in orbits]
@@ -114,7 +116,7 @@ def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
     assert not (tmp_path / "b.html").exists()
 
 
-def test_a_trajectory_is_no_result_of_a_sweep(ds: xr.Dataset, tmp_path: Path) -> None:
+def test_a_trajectory_is_not_the_result_of_a_sweep(ds: xr.Dataset, tmp_path: Path) -> None:
     course = ds.stickslip.at(T=250, K=500, gamma=0).simulate()
     with pytest.raises(ReportError, match="does not hold the result of a sweep"):
         write_report(course, tmp_path / "a.html", name="a.nc")
@@ -127,12 +129,12 @@ def test_the_accessor_writes_it_too(ds: xr.Dataset, tmp_path: Path) -> None:
 
 @pytest.fixture
 def opened(tabs: Tabs, page: Path) -> Iterator[Any]:
-    """The page in a tab, which asks for nothing from elsewhere and has no errors."""
+    """Open the page in a tab, which must have no errors and request nothing from elsewhere."""
     yield tabs.open(page.as_uri())
     tabs.check()
 
 
-def test_in_a_browser_a_click_draws_an_orbit_and_a_slider_cuts(opened: Any) -> None:
+def test_a_click_draws_an_orbit_and_a_slider_cuts(opened: Any) -> None:
     box = opened.locator("#picture").bounding_box()
     opened.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"])
     opened.wait_for_function("document.getElementById('readout').innerText.includes(' K\\n')")
@@ -151,7 +153,7 @@ def test_in_a_browser_a_click_draws_an_orbit_and_a_slider_cuts(opened: Any) -> N
 
 
 def drawn(opened: Any, host: str) -> dict[str, Any]:
-    """The columns of all shapes of the figure that stands in a place, by the names of these."""
+    """Return the columns of all shapes of the figure in a host, by the names of the shapes."""
     script = """host => {
         const root = Bokeh.documents[0].roots()[["picture", "along-x", "along-y"].indexOf(host)];
         const plain = (data) => Object.fromEntries(Object.entries(data).map(
@@ -164,7 +166,7 @@ def drawn(opened: Any, host: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("variable", ["friction_force_amplitude", "regime"])
-def test_in_a_browser_a_map_and_its_curves_are_those_of_the_result(
+def test_a_map_and_its_curves_are_those_of_the_result(
     opened: Any, ds: xr.Dataset, variable: str
 ) -> None:
     opened.select_option("#variable", variable)
@@ -187,7 +189,7 @@ def test_in_a_browser_a_map_and_its_curves_are_those_of_the_result(
         assert len(along["jumps 0"]["x"]) == line.curves[0].jumps.sum()
 
 
-def test_in_a_browser_a_mark_leaves_most_of_a_small_cell_to_its_colour(opened: Any) -> None:
+def test_a_mark_leaves_most_of_a_small_cell_to_its_colour(opened: Any) -> None:
     dot = """() => Bokeh.documents[0].roots()[0].children[0].renderers
         .find((shape) => shape.name === "orbits").glyph"""
     width = opened.evaluate(f"({dot})().size.value + ({dot})().line_width.value")
@@ -195,7 +197,7 @@ def test_in_a_browser_a_mark_leaves_most_of_a_small_cell_to_its_colour(opened: A
     assert width**2 < 0.25 * cell**2
 
 
-def test_in_a_browser_both_ways_are_drawn_with_their_jumps(tabs: Tabs, tmp_path: Path) -> None:
+def test_both_ways_are_drawn_with_their_jumps(tabs: Tabs, tmp_path: Path) -> None:
     ds = run(LINE)
     write_report(ds, tmp_path / "a.html", name="a.nc", orbits=0)
     chart = chart_of(ds, Choice("elastic_stress_amplitude"))
@@ -210,7 +212,7 @@ def test_in_a_browser_both_ways_are_drawn_with_their_jumps(tabs: Tabs, tmp_path:
 
 
 def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Results without a number, or a regime; of cases with one parameter; of kinds both ways."""
+    """Return results without numbers or regimes, of cases with one parameter, and of both ways."""
     lost = ds.copy(deep=True)
     lost["status"][:] = Status.DIVERGED
     sample = {"sobol": 16, "seed": 1, "temperature": [150, 320]}
@@ -223,7 +225,7 @@ def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
 
 
 @pytest.mark.stress
-def test_in_a_browser_all_variables_and_views_of_odd_results_are_drawn(
+def test_all_variables_and_views_of_odd_results_are_drawn(
     tabs: Tabs, ds: xr.Dataset, tmp_path: Path
 ) -> None:
     for name, result in odd_results(ds).items():

@@ -1,4 +1,4 @@
-"""What the page is of: nothing, a config, a result; its points as texts and addresses."""
+"""The subject of a page: the paper, a config or a result; its points as texts and addresses."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from sweeps.page.subject import (
 from sweeps.points import PointError
 
 
-def test_nothing_is_the_papers_point():
+def test_the_paper_gives_its_point():
     subject = subject_of_paper()
     assert subject.first.point.parameters == Parameters()
     assert subject.first.label == "the paper's values"
@@ -65,7 +65,7 @@ def test_a_schedule_is_left_out():
     assert subject.first.config.simulation.schedule is None
 
 
-def test_another_method_is_replaced_and_told():
+def test_another_method_is_replaced_with_a_note():
     config = from_mapping({"integrator": {"method": "euler-cromer", "dt": 1e-9}})
     subject = subject_of_config(config, "a.yaml")
     assert subject.first.config.integrator.method == "adaptive"
@@ -86,7 +86,7 @@ def test_a_result_opens_in_its_middle(result: xr.Dataset):
 
 
 def test_a_fit_opens_on_its_curve(result: xr.Dataset):
-    """Its data and parameters have dimensions of their own."""
+    """Its data and free parameters have other dimensions."""
     curve = result.isel(spring_stiffness=4)
     fitted = curve.assign(
         fitted_value=("datum", np.ones(3)), parameter_value=("free_parameter", np.ones(2))
@@ -109,7 +109,7 @@ def test_a_stack_without_a_coordinate_opens_by_numbers(result):
     assert subject_of_result(bare, "a.nc").first.label == "film 1, T = 250 K, K = 2000 N/m"
 
 
-def test_what_is_no_result_is_refused():
+def test_another_dataset_is_refused():
     with pytest.raises(PointError, match="no result of a sweep"):
         subject_of_result(xr.Dataset({"x": ("t", np.zeros(3))}), "a.nc")
 
@@ -129,13 +129,13 @@ def point(config: Config | None = None, parameters: Parameters = ODD):
 
 
 def changed() -> Config:
-    """A config with all settings of the page changed."""
+    """Return a config with all settings of the page changed."""
     settings = ("integrator.rtol=1e-8", "stationary.rtol=1e-8", "noise.treatment=none")
     return from_mapping({"model": {"initial_order_parameter": 0.5}}, overrides=list(settings))
 
 
 def of_command(text: str) -> Config:
-    """The config that a command asks for."""
+    """Return the config of a command."""
     words = shlex.split(text)
     assert words[:2] == ["stickslip", "simulate"]
     sets = [after for word, after in itertools.pairwise(words) if word == "--set"]
@@ -145,32 +145,26 @@ def of_command(text: str) -> Config:
 
 @pytest.mark.parametrize("parameters", [Parameters(), ODD])
 @pytest.mark.parametrize("settings", [None, changed()], ids=["usual", "changed"])
-def test_both_texts_ask_for_the_same_numbers(parameters: Parameters, settings: Config | None):
+def test_both_texts_give_the_same_numbers(parameters: Parameters, settings: Config | None):
     if settings:
         parameters = parameters._replace(initial_order_parameter=0.5)
     shown_point = point(settings, parameters)
-    for config in (
-        from_yaml(config_text(shown_point, 3)),
-        of_command(command_text(shown_point, 3)),
-    ):
+    written, command = config_text(shown_point, 3), command_text(shown_point, 3)
+    for config in (from_yaml(written), of_command(command)):
         assert config.parameters() == parameters
         assert options_of(config) == options_of(shown_point.config)
         assert config.simulation.periods == 3
         assert config.simulation.start == "stationary"
 
 
-def test_the_papers_point_is_said_in_few_words():
-    shown_point = subject_of_paper().first
-    assert (
-        command_text(shown_point)
-        == "stickslip simulate --set simulation.start=stationary --periods 1"
-    )
-    assert config_text(shown_point).startswith("model: {}\n")
+def test_the_texts_of_the_papers_point_are_short():
+    point = subject_of_paper().first
+    command = "stickslip simulate --set simulation.start=stationary --periods 1"
+    assert command_text(point) == command
+    assert config_text(point).startswith("model: {}\n")
 
 
-def test_a_followed_point_is_said_to_come_from_its_neighbour():
-    from sweeps import run
-
+def test_a_remark_says_that_a_followed_point_starts_from_its_neighbour():
     line = run({"sweep": {"omega": [10, 11]}, "follow": "omega", "integrator": {"rtol": 1e-4}})
     first = point_of_result(line, {"angular_frequency": 0, "direction": 0})
     second = point_of_result(line, {"angular_frequency": 1, "direction": 0})
@@ -182,7 +176,7 @@ def test_a_followed_point_is_said_to_come_from_its_neighbour():
 # --- a point as the end of an address -------------------------------------------------------------
 
 
-def test_a_point_between_those_of_a_file():
+def test_a_point_outside_the_file():
     config = from_mapping({"integrator": {"rtol": 1e-8}, "film": {"strain": "relaxing"}})
     parameters = Parameters(temperature=1 / 3, rheological_index=-0.1, film_thickness=1.7e-9)
     shown_point = point_alone(config, parameters)
@@ -213,7 +207,7 @@ def test_a_point_of_a_file(result: xr.Dataset):
         ({"at.temperature": "9000", "at.spring_stiffness": "500"}, "goes from 210 to 290"),
     ],
 )
-def test_what_it_refuses(parts: dict[str, str], message: str, result: xr.Dataset):
+def test_an_impossible_address_is_refused(parts: dict[str, str], message: str, result: xr.Dataset):
     with pytest.raises(PointError, match=message.replace("[", r"\[")):
         point_of_address(parts, result)
 
