@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -42,7 +41,7 @@ from sweeps.grid import CASE, DIRECTION
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve: values over the axis, where they jump, and its place along the other axes.
+    """One curve: values over the axis, where they jump, and its place along hue and direction.
 
     `way` is the direction in which the curve is followed, if there are two. `bands` are the lower
     and upper ends of the spread due to noise or uncertain parameters, the widest first.
@@ -219,22 +218,16 @@ class Cloud:
 Chart: TypeAlias = Cells | Curves | Cloud
 
 
-def chart_of(
-    result: xr.Dataset,
-    choice: Choice,
-    places: Mapping[str, int] = MappingProxyType({}),
-    *,
-    of_values: bool = False,
-) -> Chart:
+def chart_of(result: xr.Dataset, choice: Choice, *, of_values: bool = False) -> Chart:
     """Return the chart of one variable of a result.
 
-    Axes without room in the chart are cut at `places`, or at their first point. All cuts share the
-    scales of the whole result. For cases in no order, `of_values` puts the variable itself on the
-    vertical axis, over a parameter. Raises ValueError for a choice of axes that cannot be drawn.
+    Axes without room in the chart are cut at their first point, and the scales are those of the
+    whole result. For cases in no order, `of_values` puts the variable itself on the vertical axis,
+    over a parameter. Raises ValueError for a choice of axes that cannot be drawn.
     """
     (name,) = choice.variables
-    cut = {dim: places.get(dim, 0) for dim in further_axes(result, choice)}
-    part, log = result.isel(cut), bool(choice.scales & {"y", "z"})
+    part = result.isel(dict.fromkeys(further_axes(result, choice), 0))
+    log = bool(choice.scales & {"y", "z"})
     if cases_to_scatter(result, choice):
         return _cloud_of_result(result, part, choice, of_values=of_values)
     layout = _layout(result, choice)
@@ -246,13 +239,12 @@ def chart_of(
         return cells_of(part, across, up, colours_of(result, name, log=log))
     ends = axis_limits(*value_range(result, name, log=log), log=log)
     part = part.isel({across.dim: across.order})
-    curves = [
+    curves = tuple(
         # A logarithmic scale has no place for values that are not above 0.
         replace(curve, values=np.where(curve.values > 0.0, curve.values, np.nan)) if log else curve
         for curve in curves_of(part, layout, across, name)
-    ]
-    placed = tuple(replace(curve, places=cut | curve.places) for curve in curves)
-    return Curves(across, shown(part[name]).label, placed, ends, log)
+    )
+    return Curves(across, shown(part[name]).label, curves, ends, log)
 
 
 def cells_of(part: xr.Dataset, across: Axis, up: Axis, colours: Colours) -> Cells:

@@ -7,17 +7,20 @@ scale table of `sweeps.charts.labels` converts units, such as Pa to MPa or m to 
 from __future__ import annotations
 
 import importlib
+from string import ascii_lowercase
+from typing import Any
 
 import xarray as xr
+from matplotlib.colors import BoundaryNorm, LogNorm
 from matplotlib.figure import Figure
 
 from sweeps.charts.choice import data_of, default_figure, obstacle, slice_at
 from sweeps.charts.labels import changed_parameters
 from sweeps.figure_table import FIGURES
 from sweeps.figures.amplitudes import draw_results
-from sweeps.figures.look import Look, PlotOptions, finish
+from sweeps.figures.look import Look, PlotOptions, Range
 from sweeps.figures.save import ENDINGS, save
-from sweeps.figures.style import put_note, styled
+from sweeps.figures.style import put_note, put_title, styled
 from sweeps.figures.traces import draw_variables
 
 __all__ = ["ENDINGS", "Look", "PlotOptions", "default_figure", "draw", "obstacle", "save"]
@@ -37,7 +40,7 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
     look = options.look
     if figure is not None and options.asks:
         raise ValueError("figure names a whole picture; leave it out, or variables and axes")
-    with styled(look.style, look.frame):
+    with styled(look):
         if options.asks:
             picture = _chosen(ds, options)
         else:
@@ -48,7 +51,7 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
             picture = getattr(importlib.import_module(f"{__name__}.{module}"), function)(ds)
         if picture.axes:  # the table of a single point has all parameters, and no axes
             put_note(picture, [changed_parameters(ds)])
-        finish(picture, look)
+        _finish(picture, look)
     if look.axes is None:
         picture.set_label(str(ds.attrs.get("title", "")))
     return picture
@@ -71,3 +74,37 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
     if options.variable is None and (refused := obstacle(ds, "amplitudes")):
         raise ValueError(refused)
     return draw_results(ds, options)
+
+
+def _finish(figure: Figure, look: Look) -> None:
+    """Set the limits, letters and title of a picture.
+
+    Raises ValueError for limits that are impossible on a logarithmic scale.
+    """
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    panels = [look.axes] if look.axes else panels
+    for axes in panels:
+        _require_positive("xlim", look.xlim, logarithmic=axes.get_xscale() == "log")
+        _require_positive("ylim", look.ylim, logarithmic=axes.get_yscale() == "log")
+        axes.set_xlim(*look.xlim)
+        axes.set_ylim(*look.ylim)
+        for drawn in axes.collections:  # the colours of kinds have no limits
+            if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
+                _require_positive("clim", look.clim, logarithmic=isinstance(drawn.norm, LogNorm))
+                drawn.set_clim(*look.clim)
+    if look.letters:
+        first = 0 if look.letters is True else ascii_lowercase.index(look.letters)
+        # To the left of the upper corner of the panel, where there is no curve.
+        corner: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+        corner |= {"xytext": (-2.0, 2.0), "ha": "right", "va": "bottom"}
+        for letter, axes in zip(ascii_lowercase[first:], panels, strict=False):
+            axes.annotate(f"({letter})", (0.0, 1.0), **corner)
+    if look.title:
+        put_title(figure, look.title)
+
+
+def _require_positive(name: str, limits: Range, *, logarithmic: bool) -> None:
+    """Raise ValueError for limits of a logarithmic scale that are not positive."""
+    for end in limits:
+        if logarithmic and end is not None and end <= 0.0:
+            raise ValueError(f"{name} on a logarithmic scale must be greater than 0, not {end:g}")

@@ -7,15 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from string import ascii_lowercase
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, LogNorm
-from matplotlib.figure import Figure
 
 from sweeps.charts.choice import Choice
-from sweeps.figures.style import Frame, put_title
 
 if TYPE_CHECKING:
     from sweeps.measurements import Measurements
@@ -64,11 +61,6 @@ class Look:
             if low is not None and high is not None and not low < high:
                 raise ValueError(f"{name} must rise, not go from {low!r} to {high!r}")
 
-    @property
-    def frame(self) -> Frame:
-        """The choices that drawing needs."""
-        return Frame(self.size, self.note, self.axes)
-
 
 def size_of(text: str) -> tuple[float, float]:
     """Return the size written as a text such as `3.37x2.5`; raises ValueError for other texts."""
@@ -88,40 +80,6 @@ def range_of(text: str) -> Range:
     except ValueError:
         raise ValueError(f"limits are LOW:HIGH, as in 0:3, 0: or :3, not {text!r}") from None
     return low, high
-
-
-def finish(figure: Figure, look: Look) -> None:
-    """Set the limits, letters and title of a picture.
-
-    Raises ValueError for limits that are impossible on a logarithmic scale.
-    """
-    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
-    panels = [look.axes] if look.axes else panels
-    for axes in panels:
-        _require_positive("xlim", look.xlim, logarithmic=axes.get_xscale() == "log")
-        _require_positive("ylim", look.ylim, logarithmic=axes.get_yscale() == "log")
-        axes.set_xlim(*look.xlim)
-        axes.set_ylim(*look.ylim)
-        for drawn in axes.collections:  # the colours of kinds have no limits
-            if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
-                _require_positive("clim", look.clim, logarithmic=isinstance(drawn.norm, LogNorm))
-                drawn.set_clim(*look.clim)
-    if look.letters:
-        first = 0 if look.letters is True else ascii_lowercase.index(look.letters)
-        # To the left of the upper corner of the panel, where there is no curve.
-        corner: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-        corner |= {"xytext": (-2.0, 2.0), "ha": "right", "va": "bottom"}
-        for letter, axes in zip(ascii_lowercase[first:], panels, strict=False):
-            axes.annotate(f"({letter})", (0.0, 1.0), **corner)
-    if look.title:
-        put_title(figure, look.title)
-
-
-def _require_positive(name: str, limits: Range, *, logarithmic: bool) -> None:
-    """Raise ValueError for limits of a logarithmic scale that are not positive."""
-    for end in limits:
-        if logarithmic and end is not None and end <= 0.0:
-            raise ValueError(f"{name} on a logarithmic scale must be greater than 0, not {end:g}")
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ def rendered(figure: Figure, path: Path, look: Look | None = None) -> dict[Path,
     look = look or Look()
     title = str(figure.get_label())
     pictures = {}
-    with styled(look.style, look.frame):
+    with styled(look):
         _lay_out(figure)  # once: it is half of the work
         figure.set_layout_engine("none")
         for target in pictures_of(path):
@@ -97,7 +97,7 @@ def displayed(figure: Figure, look: Look | None = None) -> Figure:
 
     @functools.wraps(savefig)
     def save_styled(*args: Any, **kwargs: Any) -> None:
-        with styled(look.style if look else None):
+        with styled(look):
             savefig(*args, **kwargs)
 
     def png() -> bytes:

@@ -12,7 +12,7 @@ import re
 import threading
 from collections.abc import Iterator, Sequence
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import LogFormatterSciNotation
 
 from sweeps.charts.colours import BLACK, CURVES, CurveStyle, Hue, Palette, curve_style
+from sweeps.figures.look import Look
 from sweeps.human import did_you_mean
 
 COLUMN = 3.4  # inches: one column of a journal
@@ -83,40 +84,31 @@ _ABOVE = "above"  # the mark of a legend above given axes
 _settings = threading.RLock()
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Where a picture is drawn: into a figure of its usual or a fixed size, or into given axes."""
-
-    size: tuple[float, float] | None = None
-    note: bool = True
-    axes: Axes | None = None
-
-
-_USUAL = Frame()
-_frame: ContextVar[Frame] = ContextVar("frame", default=_USUAL)
+_USUAL = Look()
+_look: ContextVar[Look] = ContextVar("look", default=_USUAL)
 
 
 @contextlib.contextmanager
-def styled(file: Path | None = None, frame: Frame | None = None) -> Iterator[None]:
-    """Change the settings of matplotlib to the house style and a style file for a time.
+def styled(look: Look | None = None) -> Iterator[None]:
+    """Draw with the look: the house style and the style file set matplotlib for a time.
 
     Given axes keep the settings that they were made with. Raises ValueError if matplotlib does not
-    understand the file.
+    understand the style file.
     """
-    own = {} if file is None else style_settings(file)
-    frame = frame or _USUAL
-    if frame.size is None and "figure.figsize" in own:
-        frame = replace(frame, size=tuple(own["figure.figsize"]))
-    settings = [OUTPUT] if frame.axes else [HOUSE, own, OUTPUT]
-    with _settings, mpl_style.context(settings, after_reset=frame.axes is None):
-        before = _frame.set(frame)
+    look = look or _USUAL
+    own = {} if look.style is None else _style_settings(look.style)
+    if look.size is None and "figure.figsize" in own:
+        look = replace(look, size=tuple(own["figure.figsize"]))
+    settings = [OUTPUT] if look.axes else [HOUSE, own, OUTPUT]
+    with _settings, mpl_style.context(settings, after_reset=look.axes is None):
+        before = _look.set(look)
         try:
             yield
         finally:
-            _frame.reset(before)
+            _look.reset(before)
 
 
-def style_settings(file: Path) -> dict[str, Any]:
+def _style_settings(file: Path) -> dict[str, Any]:
     """Return the settings of a style file or, if there is no such file, of a style by name."""
     remedy = "it has lines such as `font.size: 9`"
     try:
@@ -169,10 +161,10 @@ def line_at(hue: Hue) -> CurveStyle:
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:
     """Return an empty figure of `size` inches, unless the user chose a size, with its canvas."""
-    frame = _frame.get()
-    if frame.axes is not None:
+    look = _look.get()
+    if look.axes is not None:
         raise ValueError("this picture is a whole figure; leave ax out")
-    figure = Figure(figsize=frame.size or size, layout=layout)  # type: ignore[arg-type]
+    figure = Figure(figsize=look.size or size, layout=layout)  # type: ignore[arg-type]
     FigureCanvasAgg(figure)
     return figure
 
@@ -184,7 +176,7 @@ def new_panels(
 
     Raises ValueError if the user gave axes and one panel is not enough.
     """
-    axes = _frame.get().axes
+    axes = _look.get().axes
     if axes is not None and rows * columns == 1:
         return axes.figure, np.array([[axes]])  # type: ignore[return-value] # or a part of a figure
     if axes is not None:
@@ -261,7 +253,7 @@ def put_legend(
     print and the `short` handles, which say the same in fewer words. Given axes have the legend
     inside, or `above` them, because maps and oscillations leave no room inside.
     """
-    axes = _frame.get().axes
+    axes = _look.get().axes
     if axes is not None and not above:
         axes.legend(handles=list(handles))
     elif axes is not None:
@@ -273,7 +265,7 @@ def put_legend(
         in_columns = _in_columns(figure, handles, figure.get_figwidth())
         lines = math.ceil(len(handles) / in_columns["ncols"])
         too_high = lines * _LINE * _inches(TEXT) > _MOST_LEGEND * figure.get_figheight()
-        if _frame.get().size is not None and too_high:
+        if _look.get().size is not None and too_high:
             few = [*short] or handles
             in_columns = _in_columns(figure, few, figure.get_figwidth(), short=True)
         _grow(figure, lines, TEXT)
@@ -312,7 +304,7 @@ def put_title(figure: Figure, title: str) -> None:
     Control characters, which no font has, become spaces.
     """
     title = "".join(c if c.isprintable() or c == "\n" else " " for c in title)
-    if (axes := _frame.get().axes) is not None:
+    if (axes := _look.get().axes) is not None:
         legend = axes.get_legend()
         if legend is not None and legend.get_gid() == _ABOVE:
             _entitle(legend, title, mpl.rcParams["axes.titlesize"])
@@ -334,7 +326,7 @@ def _entitle(legend: Legend, title: str, size: Any) -> None:
 
 def has_small_print() -> bool:
     """Return True if notes are shown; given axes have no room for them."""
-    return _frame.get().axes is None
+    return _look.get().axes is None
 
 
 def put_note(figure: Figure, sentences: Sequence[str]) -> None:
@@ -342,7 +334,7 @@ def put_note(figure: Figure, sentences: Sequence[str]) -> None:
 
     Given axes have no small print, nor do figures whose user does not want it.
     """
-    if _frame.get().axes is not None or not _frame.get().note:
+    if _look.get().axes is not None or not _look.get().note:
         return
     inches = figure.get_figwidth() - 2 * _MARGIN
     lines = [wrapped(figure, sentence, inches, SMALL) for sentence in sentences if sentence]
@@ -353,7 +345,7 @@ def put_note(figure: Figure, sentences: Sequence[str]) -> None:
 
 
 def _grow(figure: Figure, lines: int, size: str) -> None:
-    if _frame.get().size is not None:
+    if _look.get().size is not None:
         return
     figure.set_figheight(figure.get_figheight() + lines * _LINE * _inches(size))
 

@@ -172,8 +172,7 @@ def test_a_map_and_its_curves_are_those_of_the_result(
     opened.select_option("#variable", variable)
     opened.locator("#sliders label:visible input").press("End")
     opened.locator("button[data-point]").first.click()
-    failed = {"temperature": 0, "spring_stiffness": 0, "rheological_index": 0}
-    chart = chart_of(ds, Choice(variable), failed)
+    chart = chart_of(ds, Choice(variable))
     image = drawn(opened, "picture")["cells"]["image"]
     np.testing.assert_allclose(image, chart.image().ravel(), rtol=1e-6)
     assert np.isnan(image[0])
@@ -209,6 +208,21 @@ def test_both_ways_are_drawn_with_their_jumps(tabs: Tabs, tmp_path: Path) -> Non
         x, y = break_line(chart.across, curve.values, curve.jumps)
         np.testing.assert_allclose(shapes[f"curve {number}"]["x"], x)
         np.testing.assert_allclose(shapes[f"curve {number}"]["y"], y, rtol=1e-6)
+
+
+def test_a_slider_cuts_curves(tabs: Tabs, tmp_path: Path) -> None:
+    axes = {"T": {"linspace": [200, 300], "num": 5}, "gamma": [-2 / 3, 0], "K": [1e3, 3e3]}
+    ds = run(LOOSE | {"sweep": axes})
+    write_report(ds, tmp_path / "a.html", name="a.nc", orbits=0)
+    tab = tabs.open((tmp_path / "a.html").as_uri())
+    slider = tab.locator("#sliders label:visible input")
+    for place, key in enumerate(("Home", "End")):
+        slider.press(key)
+        chart = chart_of(ds.isel(spring_stiffness=place), Choice("elastic_stress_amplitude"))
+        for number, curve in enumerate(chart.curves):
+            shape = drawn(tab, "picture")[f"curve {number}"]
+            np.testing.assert_allclose(shape["y"], curve.values, rtol=1e-6)
+    tabs.check()
 
 
 def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
