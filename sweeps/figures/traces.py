@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweeps.charts.axes import MOST_FACETS, Selection
-from sweeps.charts.colours import SKY, VERMILLION, CurveStyle
+from sweeps.charts.colours import SKY, VERMILLION
 from sweeps.charts.courses import (
     ALONE,
     LOWER,
@@ -214,7 +214,7 @@ def _portraits(ds: xr.Dataset, across: str, upward: str) -> Figure:
         axes.axhline(0.0, color="0.8", linewidth=0.5, gid="origin")
         axes.axvline(0.0, color="0.8", linewidth=0.5, gid="origin")
         axes.plot(x.values, y.values, **line_of(ALONE))
-        put_inset(axes, x.values, y.values, ALONE, "A")
+        _put_inset(axes, x.values, y.values)
         axes.set_xlabel(x.label, fontsize=TEXT)
         axes.set_ylabel(y.label, fontsize=TEXT)
         if count > 1:
@@ -234,7 +234,7 @@ _PLACES = np.linspace(0.04, 0.96 - _SIDE, 40)
 _MARGIN = 0.03  # between an inset and the nearest curve
 
 
-def put_inset(axes: Axes, x: Array, y: Array, style: CurveStyle, name: str) -> None:
+def _put_inset(axes: Axes, x: Array, y: Array) -> None:
     """Enlarge the section of a curve with its smallest loops, in an empty place of its panel.
 
     Nothing is drawn if no loop is too small to see, or if the curve leaves no room.
@@ -244,13 +244,13 @@ def put_inset(axes: Axes, x: Array, y: Array, style: CurveStyle, name: str) -> N
     if section is None or place is None:
         return
     inset = axes.inset_axes((*place, _SIDE, _SIDE))
-    inset.plot(x, y, **line_of(style))
+    inset.plot(x, y, **line_of(ALONE))
     inset.set_xlim(x.min() + np.ptp(x) * section[0])
     inset.set_ylim(y.min() + np.ptp(y) * section[1])
     inset.tick_params(labelsize=SMALL, direction="in", length=2.0)
     inset.ticklabel_format(useOffset=False)
     inset.locator_params(nbins=2)
-    inset.set_title(name, fontsize=SMALL, pad=2.0)
+    inset.set_title("A", fontsize=SMALL, pad=2.0)
     axes.indicate_inset_zoom(inset, edgecolor="0.4")
 
 

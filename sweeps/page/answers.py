@@ -177,10 +177,9 @@ def summary_html(motion: Motion) -> str:
 
 def _amplitudes(motion: Motion, orbit: Orbit) -> str:
     cells = [
-        f'<div><span class="symbol">{as_html(shown_number(name, 0.0).symbol)}</span> '
-        f'<span class="value" data-name="{name}">'
-        f"{amplitude_text(name, getattr(orbit, name), error)}</span></div>"
-        for name, error in absolute_errors(orbit, motion.shown_point.point.parameters).items()
+        f'<div><span class="symbol">{symbol}</span> '
+        f'<span class="value" data-name="{name}">{text}</span></div>'
+        for name, symbol, text in _amplitude_texts(orbit, motion.shown_point)
     ]
     return f'<div class="amplitudes">{"".join(cells)}</div>'
 
@@ -190,13 +189,16 @@ def _kept_html(motion: Motion) -> str:
     shown_point, orbit = motion.shown_point, motion.orbit
     parts = [f"Kept: {html.escape(shown_point.label)}"]
     if orbit is not None:
-        parts += [
-            f"{as_html(shown_number(name, 0.0).symbol)} "
-            f"{amplitude_text(name, getattr(orbit, name), error)}"
-            for name, error in absolute_errors(orbit, shown_point.point.parameters).items()
-        ]
+        parts += [f"{symbol} {text}" for _, symbol, text in _amplitude_texts(orbit, shown_point)]
         parts.append(code_name("regime", Regime(orbit.regime)))
     return f'<p class="kept">{"; ".join(parts)}.</p>'
+
+
+def _amplitude_texts(orbit: Orbit, shown_point: ShownPoint) -> Iterator[tuple[str, str, str]]:
+    """Yield the name, symbol and text of each amplitude."""
+    for name, error in absolute_errors(orbit, shown_point.point.parameters).items():
+        symbol = as_html(shown_number(name, 0.0).symbol)
+        yield name, symbol, amplitude_text(name, getattr(orbit, name), error)
 
 
 def amplitude_text(name: str, value: float, error: float) -> str:

@@ -24,7 +24,7 @@ from sweeps.points import Motion, motions
 
 Numbers = NDArray[np.int64]
 
-_WIDE = 20.0  # a parameter of cases whose values vary by more than this factor counts in logarithms
+_WIDE = 20.0  # distances between cases use the logarithm of a parameter that varies by more
 _SHORT_WEIGHT = 2.0  # how much farther away a point of another slice, or of another fluid, is
 
 _TRIES = 50  # for each point; most places that are tried are free and have a result

@@ -175,7 +175,7 @@ def served(subject: Subject) -> bytes:
 
 
 def _part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str]:
-    """Return the points of a result on the page, and a note on where they are."""
+    """Return the points of a result on the page and where they are; raises ReportError."""
     if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
         raise ReportError(
             f"{name} does not hold the result of a sweep, and other files have no page; "

@@ -53,7 +53,7 @@ class Void(Exception):  # noqa: N818 - an outcome of a request, not an error of 
 
 
 class Turns:
-    """Lets a number of threads compute at a time, as many as there are `slots`."""
+    """Lets as many threads compute at a time as there are `slots`."""
 
     def __init__(self, slots: int = 2) -> None:
         self._free = slots
@@ -68,9 +68,10 @@ class Turns:
 
     @contextmanager
     def take(self, tab: str, number: int) -> Iterator[Callable[[], None]]:
-        """Wait for a slot and hold it in the context; raises `Void` if a later request has arrived.
+        """Wait for a slot, and hold it in the context.
 
-        The context gets a check that raises `Void` if a later request of the tab has arrived.
+        Both this wait and the check that the context gets raise `Void` if a later request of the
+        tab has arrived.
         """
 
         def check() -> None:
