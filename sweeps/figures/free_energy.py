@@ -82,10 +82,9 @@ def _name_of_energies(ds: xr.Dataset) -> str:
 
 def _energies(ds: xr.Dataset, phi: Array, energy: Array) -> list[Line2D]:
     styles = [line_of(line_at(Hue(i, len(energy)))) | _THIN for i in range(len(energy))]
-    names = [slice_label(ds, {"temperature": i}) for i in range(len(energy))]
     return [
-        Line2D(phi, f, **style, label=name)
-        for f, style, name in zip(energy, styles, names, strict=True)
+        Line2D(phi, energy[i], **style, label=slice_label(ds, {"temperature": i}))
+        for i, style in enumerate(styles)
     ]
 
 

@@ -220,7 +220,7 @@ def test_only_panels_with_the_parameters_of_the_borders_have_them(ds):
 
 
 @pytest.mark.parametrize(
-    ("options", "borders", "told"),
+    ("options", "borders", "message"),
     [
         ({"variable": "regime"}, borders_of(spring_stiffness=1000.0), "the borders at .*K = 1000"),
         ({"variable": "regime"}, xr.Dataset(), "not a file of borders"),
@@ -237,8 +237,8 @@ def test_only_panels_with_the_parameters_of_the_borders_have_them(ds):
         ),
     ],
 )
-def test_other_borders_are_refused(ds, options, borders, told):
-    with pytest.raises(ValueError, match=told):
+def test_other_borders_are_refused(ds, options, borders, message):
+    with pytest.raises(ValueError, match=message):
         draw(ds, options=PlotOptions(**options, boundaries=borders))
 
 

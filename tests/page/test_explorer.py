@@ -1,4 +1,4 @@
-"""The served page in a real browser: what is moved is computed, and what is clicked is opened."""
+"""The served page in a real browser: controls compute a point, and a click opens one."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class View(Tab):
         return self.page.locator(f"[data-name={name}]").inner_text()
 
     def amplitudes(self, orbit: Orbit, parameters: Parameters) -> list[Any]:
-        """Locate the amplitudes on the page; they are there if they are those of an orbit."""
+        """Locate the amplitudes of an orbit, which are there if the page shows this orbit."""
         return [
             self.page.locator(
                 f"[data-name={name}]", has_text=amplitude_text(name, getattr(orbit, name), error)
@@ -58,7 +58,7 @@ class View(Tab):
         ]
 
     def shows(self, parameters: Parameters, **options: float) -> None:
-        """Wait until the amplitudes are those of the orbit of some parameters."""
+        """Wait until the page shows the amplitudes of the orbit at some parameters."""
         orbit = stationary_orbit(parameters, **options)
         for amplitude in self.amplitudes(orbit, parameters):
             amplitude.wait_for()
