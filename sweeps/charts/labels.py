@@ -167,7 +167,7 @@ def changed_parameters(ds: xr.Dataset) -> str:
     """
     fitted = set(ds["free_parameter"].values) if "free_parameter" in ds.coords else set()
     changed = [
-        shown(ds[name]).equation
+        shown(ds[name].squeeze()).equation
         for name, parameter in PARAMETERS.items()
         if name in ds.variables
         and name not in fitted

@@ -131,5 +131,5 @@ def test_a_report_of_several_maps_asks_for_one(
         "spring_stiffness",
         combine_attrs="override",
     )
-    with pytest.raises(ValueError, match=r"has 2 values here: .* --at spring_stiffness=2000"):
+    with pytest.raises(ValueError, match=r"has 2 values here; .* --at spring_stiffness=2000"):
         several.stickslip.report(tmp_path / "a.html", boundaries=borders)
