@@ -52,7 +52,7 @@ class Axis:
 
 
 def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False) -> Axis:
-    """Return the axis of a dimension; the first parameter that differs in all cases orders them.
+    """Return the axis of a dimension; cases lie along the first parameter that differs in all.
 
     `log` makes the scale logarithmic, and `named` names the points of a short axis.
     """
@@ -75,7 +75,7 @@ def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False)
 
 
 def coordinate_of(ds: xr.Dataset, dim: str) -> xr.DataArray:
-    """Return the coordinate that differs in all points of a dimension."""
+    """Return the coordinate that has a different value at each point of a dimension."""
     for name in parameters_along(ds, dim):
         if name == dim or np.unique(ds[name].values).size == ds.sizes[dim]:
             return ds[name]

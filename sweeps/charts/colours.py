@@ -58,7 +58,7 @@ class Palette(NamedTuple):
 
 @dataclass(frozen=True)
 class Hue:
-    """The index of a curve among several, and whether their values are ordered (temperatures)."""
+    """Which of several curves this is, and whether they have an order, as temperatures do."""
 
     index: int = 0
     count: int = 1

@@ -122,7 +122,7 @@ def shown_number(name: str, value: float) -> Quantity:
 
 
 def _unit_of_k(data: xr.DataArray) -> str:
-    """Return the unit Pa s^(gamma+1) of k, Eq. 7, as a number if all of `data` has one gamma."""
+    """Return the unit Pa s^(gamma+1) of k, Eq. 7; its power is a number if gamma is the same."""
     gamma = data.coords.get("rheological_index")
     if gamma is None or np.ptp(gamma.values) > 0:
         return r"Pa$\cdot$s$^{\gamma+1}$"
