@@ -59,6 +59,14 @@ def limit(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     return change
 
 
+@pytest.fixture
+def patient(limit: Callable[..., None]) -> Iterator[PageServer]:
+    """A server that waits forever for the requests of strangers."""
+    limit(request_seconds=FOREVER)
+    with served() as server:
+        yield server
+
+
 def streaming(body: Iterator[bytes]) -> Route:
     return giving(Answer("text/plain", body))
 
@@ -123,14 +131,13 @@ def established(server: PageServer) -> int:
     return sum(c.status == psutil.CONN_ESTABLISHED for c in own)
 
 
-def test_1100_half_sent_requests_leave_room_for_the_owner(limit: Callable[..., None]):
-    limit(request_seconds=FOREVER)
-    with served() as server, limited_files(2048), ExitStack() as stack:
+def test_1100_half_sent_requests_leave_room_for_the_owner(patient: PageServer):
+    with limited_files(2048), ExitStack() as stack:
         for _ in range(1100):
-            half = stack.enter_context(connected(server))
+            half = stack.enter_context(connected(patient))
             half.sendall(b"GET / HTTP/1.1\r\n")
-        assert status(server) == 200
-        assert established(server) <= 64
+        assert status(patient) == 200
+        assert established(patient) <= 64
 
 
 FEEDERS = """
@@ -149,17 +156,13 @@ while True:
 """
 
 
-def test_200_clients_that_send_a_byte_at_a_time_do_not_keep_the_owner_waiting(
-    limit: Callable[..., None],
-):
-    limit(request_seconds=FOREVER)
-    with served() as server:
-        feeders = Running("-c", FEEDERS, str(server.port), "200")
-        for times in range(2, 7):
-            feeders.says("again", times)
-            assert status_soon(server) == 200
-        assert feeders.is_alive()
-        feeders.end()
+def test_200_clients_that_send_a_byte_at_a_time_do_not_keep_the_owner_waiting(patient: PageServer):
+    feeders = Running("-c", FEEDERS, str(patient.port), "200")
+    for times in range(2, 7):
+        feeders.says("again", times)
+        assert status_soon(patient) == 200
+    assert feeders.is_alive()
+    feeders.end()
 
 
 def status_soon(server: PageServer) -> int:
@@ -209,25 +212,23 @@ def test_an_answer_may_take_longer_than_a_request(limit: Callable[..., None]):
         assert all_of(owner).endswith(b"done")
 
 
-def test_strangers_that_do_not_read_their_refusal_do_not_block_it(limit: Callable[..., None]):
-    limit(request_seconds=FOREVER)
-    with served() as server, ExitStack() as stack:
+def test_strangers_that_do_not_read_their_refusal_do_not_block_it(patient: PageServer):
+    with ExitStack() as stack:
         for _ in range(100):
             client = stack.enter_context(socket.socket())
             client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
-            client.connect(("127.0.0.1", server.port))
+            client.connect(("127.0.0.1", patient.port))
             client.sendall(b"GET / HTTP/1.1\r\n\r\n")
-        assert status(server) == 200
+        assert status(patient) == 200
 
 
-def test_a_stranger_gets_no_thread(limit: Callable[..., None]):
-    limit(request_seconds=FOREVER)
-    with served() as server, ExitStack() as stack:
-        before = threading.active_count()
+def test_a_stranger_gets_no_thread(patient: PageServer):
+    before = threading.active_count()
+    with ExitStack() as stack:
         for _ in range(50):
-            client = stack.enter_context(connected(server))
+            client = stack.enter_context(connected(patient))
             client.sendall(b"GET / HTTP/1.1\r\n")
-        assert status(server, "/") == 403
+        assert status(patient, "/") == 403
         assert threading.active_count() == before
 
 
@@ -241,9 +242,8 @@ def test_a_request_is_whole_wherever_it_is_cut(server: PageServer):
             assert status_of(all_of(client)) == 200
 
 
-def test_a_stranger_that_ends_is_closed(limit: Callable[..., None]):
-    limit(request_seconds=FOREVER)
-    with served() as server, connected(server) as client:
+def test_a_stranger_that_ends_is_closed(patient: PageServer):
+    with connected(patient) as client:
         client.sendall(b"GET / HTTP/1.1\r\n")
         client.shutdown(socket.SHUT_WR)
         assert client.recv(1) == b""
