@@ -61,13 +61,18 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
 
 
 def asks_for_bands(ds: xr.Dataset, choice: Choice, variables: Sequence[str]) -> bool:
-    """Return True if the choice wants medians and bands over an axis of many cases in no order."""
-    if choice.x is None or choice.y or ds.sizes.get(CASE, 1) <= MANY or not is_scattered(ds, CASE):
+    """Return True if the choice wants medians and bands over an axis of many cases in no order.
+
+    Without any choice, a long axis beside the cases is enough.
+    """
+    if choice.y or ds.sizes.get(CASE, 1) <= MANY or not is_scattered(ds, CASE):
         return False
     if any(is_discrete(ds, name) for name in variables):
         return False
     names = [getattr(choice, role) for role in ROLES if getattr(choice, role)]
-    return all(axis_named(ds, name)[0] != CASE for name in names)
+    if not names:
+        return any(size > MANY for dim, size in ds.sizes.items() if dim != CASE)
+    return choice.x is not None and all(axis_named(ds, name)[0] != CASE for name in names)
 
 
 def medians_of(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:

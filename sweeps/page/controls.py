@@ -73,8 +73,9 @@ def _menus(config: Config) -> Iterable[tuple[str, str, tuple[str, ...]]]:
     tolerances = dict.fromkeys([*map(exact_text, _TOLERANCES), rtol])
     yield "integrator.rtol", "tolerance (rtol), also of stationarity", tuple(tolerances)
     yield "noise.treatment", "noise", tuple(NOISE_TREATMENTS)
-    if len(FRICTION_LAWS) > 1:
-        yield "film.friction", "friction law", tuple(FRICTION_LAWS)
+    laws = dict.fromkeys([*FRICTION_LAWS, config.film.friction])  # it may be that of a package
+    if len(laws) > 1:
+        yield "film.friction", "friction law", tuple(laws)
     known = tuple(name for name in STRAINS if name in METHODS[config.integrator.method].strains)
     if len(known) > 1:
         yield "film.strain", "strain", known

@@ -14,16 +14,17 @@ from sweeps.figures import PlotOptions, draw
 F = "friction_force_amplitude"
 
 
-def over_temperatures(count: int = 64) -> xr.Dataset:
-    """Return random cases at three temperatures; the forces are 1, 2, ... mN in random order."""
+def over_temperatures(count: int = 64, temperatures: int = 3) -> xr.Dataset:
+    """Return random cases at several temperatures; the forces are 1, 2, ... mN in random order."""
     ds = random_cases(count, spring_stiffness=(1e3, 5e3)).drop_vars("temperature")
     ds = xr.concat(
-        [ds] * 3,
-        xr.DataArray([200.0, 250.0, 300.0], dims="temperature", name="temperature"),
+        [ds] * temperatures,
+        xr.Variable("temperature", np.linspace(200.0, 300.0, temperatures)),
         data_vars="all",
         coords="minimal",
     )
-    forces = np.random.default_rng(0).permuted(np.tile(np.arange(1.0, count + 1), (3, 1)), axis=1)
+    ordered = np.tile(np.arange(1.0, count + 1), (temperatures, 1))
+    forces = np.random.default_rng(0).permuted(ordered, axis=1)
     return ds.assign({F: (ds[F].dims, forces * 1e-3, ds[F].attrs)})
 
 
@@ -75,6 +76,12 @@ def test_a_swept_axis_of_random_cases_has_medians_and_bands():
     small_print = " ".join(text.get_text() for text in figure.texts)
     assert "Medians; bands hold 95 % and 68 % of 64 cases." in small_print
     assert "Left out: 2 points without a result." in small_print
+
+
+@pytest.mark.parametrize(("temperatures", "lines"), [(40, 1), (3, 0)])
+def test_a_long_axis_beside_random_cases_has_bands_without_being_named(temperatures, lines):
+    figure = draw(over_temperatures(temperatures=temperatures), options=PlotOptions(F))
+    assert len(figure.axes[0].lines) == lines
 
 
 def test_quantiles_are_drawn_as_the_result_is():

@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.variables import PARAMETERS
+from sweeps.config.load import from_mapping
 from sweeps.page.controls import (
     Scale,
+    controls_html,
     exact_text,
     read_number,
     scale_of,
@@ -88,3 +90,11 @@ def test_long_numbers_are_cut_in_a_box_only():
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_text_is_read_as_the_same_number(value: float):
     assert read_number(exact_text(value)) == value
+
+
+def test_the_menu_of_laws_has_that_of_a_package_beside_ours():
+    config = from_mapping({})
+    assert "friction law" not in controls_html(config)  # of one there is no choice
+    film = config.film.model_copy(update={"friction": "limited@its-package-1.0+00"})
+    menu = controls_html(config.model_copy(update={"film": film})).split("friction law")[1]
+    assert menu.index("<option>power-law<") < menu.index("<option>limited@its-package-1.0+00<")
