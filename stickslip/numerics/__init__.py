@@ -1,5 +1,5 @@
-"""The numerical methods: they take functions and know nothing of friction.
+"""The numerical methods, which take functions and know nothing of friction.
 
-A `make_*` function binds a method to the functions it integrates; the result is compiled into the
-kernels of `stickslip.kernels`.
+A `make_*` function binds a method to the functions that it integrates; the kernels of
+`stickslip.kernels` contain the result.
 """

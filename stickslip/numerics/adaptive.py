@@ -18,7 +18,7 @@ from stickslip.status import Status
 OK, STEP_LIMIT, DIVERGED = int(Status.OK), int(Status.STEP_LIMIT), int(Status.DIVERGED)
 
 
-# A step below this fraction of the interval leads nowhere, even from t = 0.
+# A step below this fraction of the interval makes no progress, even from t = 0.
 _LEAST_STEP = 1e-25
 
 
@@ -39,16 +39,16 @@ def make_adaptive(
 ) -> Any:
     """Return the adaptive drive of y' = rhs(p, t, y).
 
-    `error_weight(p, y, y1, J)` gives the weights of the components' errors in a step from y to y1;
-    `observe(p, t, h, y0, y1, d1, d2, record)` is called after every accepted step; `disturb(p, t,
-    h, y0, y1, f1, d1, d2, record)` may change the state at its end: it returns the state to go on
-    from, its rates, and the longest next step allowed. `limits(p, y0, f0, y1, f1, h)` gives the
-    part of a step that may be taken, less than 1 where it would pass over something unseen, and the
-    longest step after it; f0 and f1 are the rates at its ends.
+    `error_weight(p, y, y1, J)` returns the weights of the errors of the components in a step from y
+    to y1. `observe(p, t, h, y0, y1, d1, d2, record)` is called after every accepted step. After it,
+    `disturb(p, t, h, y0, y1, f1, d1, d2, record)` may change the state: it returns the new state,
+    its rates, and the largest length of the next step. `limits(p, y0, f0, y1, f1, h)` returns the
+    allowed part of a step, less than 1 if the step would miss something, and the longest step after
+    it; f0 and f1 are the rates at the ends.
 
     The drive maps (p, rtol, t0, t1, y, h, budget, record) to (y, h, steps, status): the state at
-    t1, the step to go on with, the number of attempted steps, and OK, STEP_LIMIT or DIVERGED
-    (not finite, or a step that underflows). Local errors are of order rtol; order 4(3).
+    t1, the next step, the number of attempted steps, and OK, STEP_LIMIT or DIVERGED (not finite, or
+    a step that underflows). Local errors are of order rtol; the method is of order 4(3).
     """
     step, defect_error = make_step(rhs, tableau, algebra), make_defect_error(algebra)
     largest, finite = algebra.largest, algebra.finite
@@ -66,19 +66,18 @@ def make_adaptive(
             # A step that nearly reaches the end is stretched to it.
             last = t + 1.0001 * h >= t1
             used = t1 - t if last else min(h, 0.5 * (t1 - t))  # leaves no tiny last step
-            if not (
-                last or (t + used > t and used > _LEAST_STEP * (t1 - t0))
-            ):  # the step has shrunk to rounding level, or is NaN
+            # A step that has shrunk to rounding level, or is NaN.
+            if not (last or (t + used > t and used > _LEAST_STEP * (t1 - t0))):
                 return y, h, attempts, DIVERGED
             y1, error, d1, d2, LU = step(p, t, y, used, f, J)
             weight = error_weight(p, y, y1, J)
             ratio = largest(error, weight) / rtol
             part, ahead = 1.0, math.inf
             if ratio <= 1.0:
-                # The defect reveals what the embedded error misses: a cusp inside the step.
+                # The defect reveals what the embedded error misses, a cusp inside the step.
                 f1 = rhs(p, t + used, y1)
                 defect = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight) / rtol
-                if not defect <= ratio:  # so that NaN counts
+                if not defect <= ratio:  # true for NaN
                     ratio = defect
                 part, ahead = limits(p, y, f, y1, f1, used)
             if ratio <= 1.0 and part >= 1.0:
@@ -88,7 +87,7 @@ def make_adaptive(
                 J = jacobian(p, t, y)
                 factor, remembered = step_control.after_success(ratio, remembered)
                 proposal = used * factor
-                # A last step was cut to fit: its small error is no reason to lengthen the next one.
+                # The last step was cut, so that its small error is no reason for a longer next one.
                 if not last or proposal < h:
                     h = proposal if grow else min(proposal, used)
                 h = min(h, longest, ahead)

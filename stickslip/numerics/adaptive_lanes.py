@@ -1,9 +1,9 @@
 """The adaptive drive in lanes: many trajectories side by side, each with its own time and step.
 
-The lanes are kept in one flat array, slot after slot of LANES numbers. `attempt` lets every lane
-try one step; lanes whose step is accepted advance, the others keep their state and try a shorter
-step next. The arithmetic is that of the scalar drive (adaptive.py), with choices in place of
-branches.
+The lanes share one flat array, which has LANES numbers for each slot. `attempt` tries one step in
+every lane: a lane advances if its step is accepted; otherwise it keeps its state and tries a
+shorter step next. The arithmetic is the same as in the scalar drive (`adaptive.py`), with choices
+in place of branches.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stickslip.numerics.tableaus import RosenbrockTableau
 
 
 class Slots(NamedTuple):
-    """The slots of the numbers of a lane; a vector takes one slot per component from there on.
+    """The slots of a lane; a vector begins at its slot and takes one for each component.
 
     The slots before the vectors do not depend on the number of components.
     """
@@ -32,36 +32,36 @@ class Slots(NamedTuple):
     end: int
     step: int
     grows: int
-    """1 if the last step was accepted: after a rejection the next one may not be longer."""
+    """1 if the last step was accepted; after a rejection the next step may not be longer."""
     remembered: int
-    """Memory of the step control about previous errors."""
+    """The memory of the step control for previous errors."""
     rtol: int
     begin: int
-    """Start of the last attempted step ..."""
+    """The start of the last attempted step ..."""
     used: int
     """... and its length."""
     accepted: int
     attempts: int
     limit: int
-    """The number of attempts allowed."""
+    """The largest number of attempts."""
     stuck: int
     """1 if the step has shrunk to rounding level."""
     event: int
     """1 if the lane needs attention."""
     parameters: int
-    """The first of the slots for the user of the lanes."""
+    """The first slot for the user of the lanes."""
     state: int
     old: int
-    """State at the start of the last attempted step ..."""
+    """The state at the start of the last attempted step ..."""
     d1: int
     d2: int
-    """... and coefficients of its continuous extension."""
+    """... and the coefficients of its continuous extension."""
     total: int
-    """Total number of slots."""
+    """The total number of slots."""
 
 
 def slots_for(width: int, room: int) -> Slots:
-    """Return the slots of lanes with states of this width, with `room` slots for the user."""
+    """Return the slots of lanes for states of this width, with `room` slots for the user."""
     scalars = Slots._fields.index("state")
     vectors = (scalars - 1 + room + width * i for i in range(len(Slots._fields) - scalars))
     return Slots(*range(scalars), *vectors)
@@ -79,8 +79,8 @@ def make_attempt(
 ) -> Any:
     """Return the function (lanes) that attempts one step of y' = rhs(p, t, y) in every lane.
 
-    `parameters(lanes, lane)` gives p; `room` as in `slots_for`; the other arguments are those of
-    `make_adaptive`. Lanes that have reached their end stay there.
+    `parameters(lanes, lane)` returns p; `room` is as in `slots_for`, the other arguments as
+    in `make_adaptive`. A lane that has reached its end stays there.
     """
     step, defect_error = make_step(rhs, tableau, algebra), make_defect_error(algebra)
     largest, choose = algebra.largest, algebra.choose
@@ -90,8 +90,8 @@ def make_attempt(
 
     @inline
     def lane_attempt(lane: int, lanes: np.ndarray) -> None:
-        # Choices in place of branches: a loop over lanes with a branch inside is not vectorised.
-        # Every lane does the work of an accepted step; a rejected one discards it.
+        # Choices in place of branches, because a loop over lanes with a branch is not vectorised.
+        # Every lane does the work of an accepted step, and discards it after a rejection.
         p, y = parameters(lanes, lane), get_vector(lanes, slots.state, lane)
         t, end = get(lanes, slots.time, lane), get(lanes, slots.end, lane)
         h, rtol = get(lanes, slots.step, lane), get(lanes, slots.rtol, lane)
@@ -104,8 +104,9 @@ def make_attempt(
         f, J = rhs(p, t, y), jacobian(p, t, y)
         y1, error, d1, d2, LU = step(p, t, y, used, f, J)
         weight = error_weight(p, y, y1, J)
-        # The defect reveals what the embedded error misses: a cusp inside the step. The scalar
-        # drive computes it only if the embedded error passes; here the cost is the same either way.
+        # The defect reveals what the embedded error misses, a cusp inside the step. The scalar
+        # drive computes it only if the embedded error passes; here the cost is the same in both
+        # cases.
         f1 = rhs(p, t + used, y1)
         embedded = largest(error, weight)
         defect = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight)
@@ -117,13 +118,13 @@ def make_attempt(
         factor, remembers = step_control.after_success(ratio, remembered)
         longer = used * factor
         longer = longer if grows or longer < used else used
-        # A last step was cut to fit: its small error is no reason to lengthen the next one.
+        # The last step was cut, so that its small error is no reason for a longer next one.
         longer = longer if longer < h or not last else h
         longer = longer if longer < ahead else ahead
         shorter = used * (part if accurate else step_control.after_rejection(ratio))
         put(lanes, slots.step, lane, longer if accepted else shorter)
         put(lanes, slots.remembered, lane, remembers if accepted else remembered)
-        # The attempted step is stored, so that the user can look inside it afterwards.
+        # The attempted step is stored, so that the user can interpolate in it.
         put(lanes, slots.begin, lane, t)
         put(lanes, slots.used, lane, used)
         put_vector(lanes, slots.old, lane, y)
@@ -134,7 +135,7 @@ def make_attempt(
         put(lanes, slots.grows, lane, 1.0 if accepted else 0.0)
         put(lanes, slots.accepted, lane, 1.0 if accepted else 0.0)
         attempts = get(lanes, slots.attempts, lane) + 1.0
-        # "Not greater", so that NaN counts; the last step may be as short as the time left.
+        # "Not greater" is true for NaN; the last step may be as short as the remaining time.
         stuck = (not last) & (not t + used > t)
         through = (last & accepted) | stuck | (attempts >= get(lanes, slots.limit, lane))
         put(lanes, slots.attempts, lane, attempts)

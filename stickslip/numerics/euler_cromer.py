@@ -1,4 +1,4 @@
-"""The fixed-step drive: Euler-Cromer for a position, its velocity and one more variable."""
+"""The fixed-step drive: Euler-Cromer for a position, its velocity and a third variable."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.linear import Vector, algebra
 
-# Checking every step for NaN would cost as much as the step.
+# A check for NaN after every step would cost as much as the step.
 _STEPS_BETWEEN_CHECKS = 4096
 
 _finite = algebra(3).finite
@@ -27,13 +27,14 @@ def make_euler_cromer(
 ) -> Any:
     """Return the Euler-Cromer drive of the state (x, v, w), as in the paper.
 
-    `increments(p, t, dt, y, xi)` gives the increments of v and w in a step from the old state; x
-    then moves with the *new* v; w is reflected at 0. `observe(p, t, dt, y0, y1, record)` is called
-    after every step; `draw(record)` gives the random number xi of the next one.
+    `increments(p, t, dt, y, xi)` returns the increments of v and w in a step from the old state; x
+    then moves with the *new* v, and w is reflected at 0. `observe(p, t, dt, y0, y1, record)` is
+    called after every step; `draw(record)` returns the random number xi of the next step.
 
     The drive maps (p, t0, t1, steps, y, budget, record) to (y, done, status) in `steps` equal
-    steps; it ends with OK, STEP_LIMIT, or DIVERGED within 4096 steps of the state ceasing to be
-    finite. Order 1; stable only for steps below 2/(fastest rate), which is not checked here.
+    steps. It ends with OK, STEP_LIMIT, or DIVERGED, within 4096 steps after the state stopped being
+    finite. The method is of order 1, and stable only for steps below 2/(fastest rate), which is not
+    checked here.
     """
 
     @jit

@@ -1,13 +1,13 @@
 """The fixed-step drive in lanes: Euler-Cromer for many trajectories side by side.
 
-The unit of time is a lane's own step, so that no step length appears. All lanes advance by one step
-at a time; an idle lane computes a useless step, which costs nothing beside its neighbours. The
-numbers of a lane depend neither on the contents of other lanes nor on which lane it is.
+The unit of time is the step of the lane, so that no step length appears. All lanes advance
+together, one step at a time; an idle lane computes a useless step at no extra cost. The numbers of
+a lane depend neither on the other lanes nor on its place among them.
 
-The drive of the system is a sum of sines, each of which advances by second differences:
+The system is driven by a sum of sines, each of which advances by second differences:
 V(n+1) - 2 V(n) + V(n-1) = -turn V(n), which is exact for turn = 4 sin^2(angle/2) and costs two
-operations. Every STEPS_BETWEEN_CHECKS steps it is reset from the sine itself, before rounding
-errors add up.
+operations. Every STEPS_BETWEEN_CHECKS steps the sine itself resets it, before rounding errors add
+up.
 """
 
 from __future__ import annotations
@@ -30,29 +30,29 @@ PENDING = int(Status.PENDING)
 _finite = algebra(3).finite
 
 WIDTH = 4 * LANES
-"""Lanes side by side. A single lane would wait for its own results ten times as long as a step
-takes to compute; 64 lanes keep the processor busy meanwhile and still fit its nearest cache."""
+"""The number of lanes. A single lane would wait for its own results ten times as long as a step
+takes; 64 lanes keep the processor busy meanwhile, and still fit into its nearest cache."""
 
-# Checking every step for NaN, or resetting the sine, would cost as much as the step.
+# A check for NaN, or a reset of the sine, at every step would cost as much as the step.
 STEPS_BETWEEN_CHECKS = 4096
 
-# Slots of a lane: the state (x, v, w); then for each sine of the drive its value, its change in the
+# The slots of a lane: the state (x, v, w); for each sine of the drive its value, its change in the
 # last step and the factor of its second difference; then the constants of the lane.
 X, V, W, DRIVE, CHANGE, TURN = range(6)
 SINE = 3
-"""Number of slots of a sine."""
+"""The number of slots of a sine."""
 
 
 def first_free(sines: int) -> int:
-    """Return the slot after those of the state and of this many sines."""
+    """Return the first slot after the state and this many sines."""
     return DRIVE + SINE * sines
 
 
 class Tasks(NamedTuple):
-    """Trajectories to be marched, one per row.
+    """The trajectories to integrate, one in each row.
 
-    `rows` (n, slots) holds the contents of lanes; `done` and `total` (n,) steps; `status` (n,)
-    is PENDING while there are steps to do, then OK or DIVERGED.
+    `rows` (n, slots) has the contents of their lanes, `done` and `total` (n,) count steps. `status`
+    (n,) is PENDING until all steps are done, then OK or DIVERGED.
     """
 
     rows: np.ndarray
@@ -62,16 +62,16 @@ class Tasks(NamedTuple):
 
 
 class Chance(NamedTuple):
-    """Random numbers for lanes, a group of steps at a time; inline functions."""
+    """Random numbers for lanes, drawn for a group of steps at a time; inline functions."""
 
     group: int
-    """Steps per group; 0 without random numbers."""
+    """The number of steps in a group; 0 without random numbers."""
 
     refresh: Callable[..., None]
     """(lane, lanes): prepare a lane for the next group of steps."""
 
     draw: Callable[..., float]
-    """(lanes, lane): the random number of the next step."""
+    """(lanes, lane): return the random number of the next step."""
 
 
 @inline
@@ -100,19 +100,19 @@ def make_euler_cromer_lanes(
 ) -> Any:
     """Return the Euler-Cromer drive of many systems of one kind.
 
-    `parameters(lanes, lane)` reads the slots of a lane from `first_free` to `slots`;
-    `increments(p, V, y, xi)` gives the increments of v and w in a step from the state y = (x, v, w)
-    under the drive V with the random number xi; x then gains the *new* v, and w is reflected at 0.
-    `observe(p, V, y, lanes, lane)` is called at the start of every step. All three must be free of
-    branches, calls and divisions. Each of `sines`, a function of (p, n), gives its part of the
-    drive at step n and its change since step n - 1. With `chance` the tasks and the budget are
-    whole numbers of its groups of steps.
+    `parameters(lanes, lane)` reads the slots of a lane from `first_free` to `slots`.
+    `increments(p, V, y, xi)` returns the increments of v and w in a step from the state y =
+    (x, v, w), for the drive V and the random number xi; x then gains the *new* v, and w is
+    reflected at 0. `observe(p, V, y, lanes, lane)` is called at the start of every step. These
+    three must have no branches, calls or divisions. Each of the `sines`, a function (p, n), returns
+    its part of the drive at step n and its change since step n - 1. With `chance` the tasks and the
+    budget are multiples of its group.
 
-    The drive maps (tasks, queue, budget) to the unused steps of the budget: it marches the PENDING
-    ones among the rows of `queue`, for at most `budget` steps of all lanes together, and leaves in
-    `tasks` what it needs to go on. Results do not depend on where the budget ends. A state that is
-    not finite is noticed within 4096 steps. Order 1; stable only for steps below 2/(fastest rate),
-    which is not checked here.
+    The drive maps (tasks, queue, budget) to the unused steps of the budget. It integrates the
+    PENDING rows in `queue`, for no more than `budget` steps of all lanes together, and stores in
+    `tasks` what it needs to continue. Results do not depend on where a budget ends. A state that is
+    not finite is detected within 4096 steps. The method is of order 1, and stable only for steps
+    below 2/(fastest rate), which is not checked here.
     """
     march = _make_march(parameters, increments, observe, len(sines), chance)
     check = _make_check(parameters, sines)
@@ -124,7 +124,7 @@ def make_euler_cromer_lanes(
         active, following = fill(tasks, queue, lanes, row_of, 0, 0)
         while active > 0 and budget > 0:
             steps = min(budget, _steps_to_next_check(tasks, row_of, active))
-            # Whole vectors: the idle lanes among them compute in vain.
+            # Whole vectors; the idle lanes in them compute useless steps.
             march(lanes, (active + LANES - 1) // LANES * LANES, steps)
             budget -= steps
             active = look(tasks, lanes, row_of, active, steps)
@@ -143,7 +143,7 @@ def _make_march(
     sines: int,
     chance: Chance,
 ) -> Any:
-    """Return the inner loop, `steps` steps of `count` lanes; its loops over sines are unrolled."""
+    """Return the inner loop over steps and lanes; its loops over sines are unrolled."""
     draw, refresh = chance.draw, chance.refresh
 
     @inline
@@ -153,22 +153,22 @@ def _make_march(
         for i in range(1, sines):
             drive += get(lanes, DRIVE + SINE * i, lane)
         x, v, w = get(lanes, X, lane), get(lanes, V, lane), get(lanes, W, lane)
-        # The record takes a step at its start, so that the same values serve both.
+        # The record sees a step at its start, so that both use the same values.
         observe(p, drive, (x, v, w), lanes, lane)
         dv, dw = increments(p, drive, (x, v, w), draw(lanes, lane))
         v += dv
         put(lanes, X, lane, x + v)
         put(lanes, V, lane, v)
         put(lanes, W, lane, abs(w + dw))
-        # A sine by its own difference equation, V'' = -omega^2 V: a call of sin() would prevent
-        # vectorisation. Its rounding error grows with the steps, so it is reset every so often.
+        # A sine by its difference equation, V'' = -omega^2 V, because a call of sin() would prevent
+        # vectorisation. Its rounding error grows with the steps, so that it needs resets.
         for i in range(sines):
             own, turn = get(lanes, DRIVE + SINE * i, lane), get(lanes, TURN + SINE * i, lane)
             change = get(lanes, CHANGE + SINE * i, lane) - turn * own
             put(lanes, DRIVE + SINE * i, lane, own + change)
             put(lanes, CHANGE + SINE * i, lane, change)
 
-    # None of these makes arrays, but as `jit` LLVM would not vectorise their loops.
+    # Neither makes arrays, but with `jit` LLVM would not vectorise their loops.
     @jit_making_arrays
     def march(lanes: np.ndarray, count: int, steps: int) -> None:
         for _ in range(steps):
@@ -200,7 +200,7 @@ def _make_set_right(sines: Sequence[Callable[..., tuple[float, float]]]) -> Any:
 def _make_check(
     parameters: Callable[..., Any], sines: Sequence[Callable[..., tuple[float, float]]]
 ) -> Any:
-    """Return the regular check of a lane: whether it goes on, and resetting its drive."""
+    """Return the regular check of a lane, which updates its status or resets its drive."""
     set_right = _make_set_right(sines)
 
     @jit_making_arrays
@@ -234,8 +234,8 @@ def _make_fill(check: Callable[..., None]) -> Any:
             if tasks.status[row] == PENDING:
                 _load(tasks.rows[row], lanes, active)
                 row_of[active] = row
-                # Between checks a resumed row goes on with the drive that it was stored with.
-                if tasks.done[row] % STEPS_BETWEEN_CHECKS == 0 or _arrived(tasks, row):
+                # Between checks a resumed row continues with its stored drive.
+                if _is_due(tasks, row):
                     check(tasks, row, lanes, active)
                 active += 1 if tasks.status[row] == PENDING else 0
         return active, following
@@ -244,15 +244,15 @@ def _make_fill(check: Callable[..., None]) -> Any:
 
 
 def _make_look(check: Callable[..., None]) -> Any:
-    """Return the function that checks the lanes that are due and releases those that are done."""
+    """Return the function that checks the lanes that are due, and releases finished ones."""
 
     @jit_making_arrays
     def look(tasks: Tasks, lanes: np.ndarray, row_of: np.ndarray, active: int, steps: int) -> int:
-        # Backwards, because the last lane fills the gap of one that is done.
+        # Backwards, because the last lane takes the place of a finished one.
         for lane in range(active - 1, -1, -1):
             row = row_of[lane]
             tasks.done[row] += steps
-            if tasks.done[row] % STEPS_BETWEEN_CHECKS == 0 or _arrived(tasks, row):
+            if _is_due(tasks, row):
                 check(tasks, row, lanes, lane)
             if tasks.status[row] != PENDING:
                 _store(tasks.rows[row], lanes, lane)
@@ -278,19 +278,20 @@ def _store(row: np.ndarray, lanes: np.ndarray, lane: int) -> None:
 
 @inline
 def _move(lanes: np.ndarray, source: int, target: int) -> None:
-    """Let the last lane fill a gap: a step is faster the fewer lanes are busy."""
+    """Move the last lane into a gap, because fewer lanes make a faster step."""
     for slot in range(lanes.shape[0] // WIDTH):
         put(lanes, slot, target, get(lanes, slot, source))
 
 
 @inline
-def _arrived(tasks: Tasks, row: int) -> bool:
-    return tasks.done[row] >= tasks.total[row]
+def _is_due(tasks: Tasks, row: int) -> bool:
+    """Return whether a row needs a check."""
+    return tasks.done[row] % STEPS_BETWEEN_CHECKS == 0 or tasks.done[row] >= tasks.total[row]
 
 
 @inline
 def _steps_to_next_check(tasks: Tasks, row_of: np.ndarray, active: int) -> int:
-    """Number of steps that all lanes can do before one of them needs a check."""
+    """Number of steps until the first lane needs a check."""
     steps = STEPS_BETWEEN_CHECKS
     for lane in range(active):
         done = tasks.done[row_of[lane]]

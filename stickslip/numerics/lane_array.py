@@ -1,4 +1,4 @@
-"""Lanes in one flat array (structure of arrays): slot after slot, each with a number per lane."""
+"""Lanes in a flat array (structure of arrays), which has a number of each lane in every slot."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from stickslip.numerics.linear import Vector
 
 
 class LaneArray(NamedTuple):
-    """Access to an array of so many lanes; inline functions."""
+    """Access to an array of lanes; inline functions."""
 
     get: Callable[..., float]
-    """(values, slot, lane): the number in a slot of a lane."""
+    """(values, slot, lane): return the number in a slot of a lane."""
 
     put: Callable[..., None]
     """(values, slot, lane, number): write it."""
@@ -42,7 +42,7 @@ class LaneVectors(NamedTuple):
     """Access to vectors in consecutive slots; inline functions."""
 
     get: Callable[..., Vector]
-    """(values, first, lane): the vector that begins in the slot `first` of a lane."""
+    """(values, first, lane): return the vector that begins in the slot `first` of a lane."""
 
     put: Callable[..., None]
     """(values, first, lane, vector): write it."""
@@ -63,7 +63,7 @@ def lane_vectors(lanes: int, width: int) -> LaneVectors:
 
 @jit_making_arrays
 def aligned(size: int) -> np.ndarray:
-    """Return zeros aligned to a cache line: vectors across two make a step 1.3 times as long."""
+    """Return zeros, aligned to a cache line: vectors across two lines slow a step by 1.3 times."""
     line = 8
     room = np.zeros(size + line)
     first = -(room.ctypes.data // 8) % line

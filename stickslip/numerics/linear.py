@@ -1,7 +1,7 @@
-"""Vectors of a few components and their linear systems, unrolled: states are kept in registers.
+"""Unrolled vectors of a few components, and their linear systems, which stay in registers.
 
 One source serves any number of components. Numba compiles no loop over a tuple, so the source of
-each function is generated for a width, with every component by name.
+each function is generated for a width, with every component written out.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Matrix = tuple[Vector, ...]
 
 @inline
 def larger(a: float, b: float) -> float:
-    """The larger of two numbers as one instruction; the second one where either is NaN."""
+    """Return the larger of two numbers in one instruction, or the second if one of them is NaN."""
     return a if a > b else b
 
 
@@ -35,15 +35,15 @@ class Algebra(NamedTuple):
     """(): the vector of zeros."""
 
     largest: Callable[[Vector, Vector], float]
-    """(error, weight): max |error_i| weight_i; NaN if any component is NaN."""
+    """(error, weight): max |error_i| weight_i; NaN if a component is NaN."""
 
     finite: Callable[[Vector], bool]
     """(y): whether all components are finite."""
 
     factor: Callable[[Matrix, float], Matrix]
-    """(J, shift): LU factors of shift*I - J, with reciprocal pivots on the diagonal. There is no
-    pivoting, because the shift dominates where a step is acceptable; where it does not, the step is
-    poor anyway and its error estimate rejects it."""
+    """(J, shift): LU factors of shift*I - J, with reciprocal pivots on the diagonal. It does not
+    exchange rows, because the shift dominates in an acceptable step; in any other step the error
+    estimate rejects the result."""
 
     solve: Callable[[Matrix, Vector], Vector]
     """(LU, r): the solution of the factored system for the right-hand side r."""
@@ -56,7 +56,7 @@ class Algebra(NamedTuple):
     of length h."""
 
     choose: Callable[[bool, Vector, Vector], Vector]
-    """(condition, a, b): a if the condition holds, else b, without a branch."""
+    """(condition, a, b): a if the condition holds, else b; without a branch."""
 
 
 @cache
@@ -119,7 +119,7 @@ def _make_finite(width: int) -> Any:
 
 
 def _make_factor(width: int) -> Any:
-    """Return `Algebra.factor`, row by row: the entries of row i follow from the rows above."""
+    """Return `Algebra.factor`; the entries of a row follow from the rows above."""
 
     def less_known(i: int, j: int, diagonal: str = "") -> str:
         known = range(min(i, j))
@@ -149,6 +149,6 @@ def _make_solve(width: int) -> Any:
 
 
 def _written(name: str, arguments: str, lines: list[str], result: list[Any]) -> Any:
-    """Return an inline function of these lines that returns a tuple, or a tuple of tuples."""
+    """Return an inline function from its lines; its result is a tuple, or a tuple of tuples."""
     rows = [f"({', '.join(row)},)" if isinstance(row, list) else row for row in result]
     return make_function(name, arguments, [*lines, f"return ({', '.join(rows)},)"], {})

@@ -1,9 +1,9 @@
 """Counter-based random numbers: Philox4x32-10.
 
 Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3" (SC 2011). A counter and
-a key give four words of 32 bits. There is no state to carry, so a number does not depend on the
-lane, block or worker that uses it, nor on what was drawn before. Words are held in 64 bits, and the
-arithmetic vectorises: products of 32-bit halves, no branches, no calls.
+a key determine four words of 32 bits. The generator has no state, so that a number does not depend
+on the lane, block or worker that uses it, nor on previous numbers. Words occupy 64 bits, and the
+arithmetic, products of 32-bit halves without branches or calls, vectorises.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _MULTIPLIERS = _U(0xD2511F53), _U(0xCD9E8D57)
 _WEYL = _U(0x9E3779B9), _U(0xBB67AE85)  # added to the key from round to round
 _ROUNDS = 10
 
-# The bits of 1.0, to be filled up with a fraction in the mantissa.
+# The bits of 1.0, whose mantissa takes a fraction.
 _ONE = _U(0x3FF0000000000000)
 
 # Words of 32 bits in unsigned integers of 64; compiled integers have the type Any.
@@ -31,13 +31,13 @@ Words = tuple[Any, Any, Any, Any]
 
 @inline
 def word_of(number: float) -> Any:
-    """The whole `number` from 0 to 2^32 - 1 as a word."""
+    """Return a whole number from 0 to 2^32 - 1 as a word."""
     return np.float64(number + 4503599627370496.0).view(np.uint64) & _WORD
 
 
 @inline
 def philox(counter: Words, key: tuple[Any, Any]) -> Words:
-    """Four random words for a counter of four words and a key of two."""
+    """Return four random words for a counter of four words and a key of two."""
     c0, c1, c2, c3 = counter
     k0, k1 = key
     for _ in range(_ROUNDS):
@@ -50,14 +50,14 @@ def philox(counter: Words, key: tuple[Any, Any]) -> Words:
 
 @inline
 def _fraction(high: Any, low: Any) -> float:
-    """A number uniform in [0, 1), of 52 bits, from two words."""
+    """Return a uniform number in [0, 1), with 52 bits, from two words."""
     mantissa = (high << _U(20)) | (low >> _U(12))
     return np.uint64(mantissa | _ONE).view(np.float64) - 1.0
 
 
 @inline
 def normal(words: Words) -> float:
-    """A standard normal number from four random words, by Box and Muller's transformation."""
+    """Return a standard normal number from four random words, by the Box-Muller transformation."""
     radius = math.sqrt(-2.0 * logarithm(1.0 - _fraction(words[0], words[1])))
     _, cosine = sine_and_cosine(2.0 * math.pi * _fraction(words[2], words[3]))
     return radius * cosine

@@ -14,12 +14,13 @@ from stickslip.numerics.tableaus import RosenbrockTableau
 def make_defect_error(algebra: Algebra) -> Any:
     """Return the function (f1, LU, y0, y1, d1, d2, h) of the defect error of a step, a vector.
 
-    Defect control (Enright 1989): a linearly implicit step knows the function only by its Jacobian
-    at the start; the slope of the continuous extension at the end, compared with the function
-    there, shows what it missed. The filter (I - h gamma J)^-1 keeps the estimate bounded for stiff
-    components; its order is that of the continuous extension, equal to the embedded order. It fails
-    if the Jacobian at the start is huge only in a small neighbourhood: functions must be smooth on
-    the scale of the tolerance (docs/decisions/integrator.md).
+    Defect control (Enright 1989): a linearly implicit step takes all slopes of the function from
+    the Jacobian at the start. At the end of the step the slope of the continuous extension,
+    compared with the function, shows what the step missed. The filter (I - h gamma J)^-1 keeps the
+    estimate bounded for stiff components. Its order is that of the continuous extension, which
+    equals the embedded order. It fails if the Jacobian at the start is huge in a small
+    neighbourhood only, so functions must be smooth on the scale of the tolerance
+    (docs/decisions/integrator.md).
     """
     end_slope, solve = algebra.end_slope, algebra.solve
 
@@ -37,7 +38,7 @@ def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau, algebra: A
 
     The step maps (p, t, y, h, f, J) with f = rhs(p, t, y) and J = (rows of df/dy, df/dt) to
     (y1, error, d1, d2, LU): the new state, the embedded error, the coefficients of `interpolate`
-    and the factored matrix. It takes five further evaluations of rhs and one factorisation.
+    and the factored matrix. It needs five further evaluations of rhs and one factorisation.
     """
     gamma = tableau.gamma
     (a21,), (a31, a32), (a41, a42, a43), (a51, a52, a53, a54), _ = tableau.a[1:]

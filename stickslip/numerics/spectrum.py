@@ -1,4 +1,4 @@
-"""Small matrices: spectral radii, and fixed points of the maps that they represent."""
+"""Spectral radii of small matrices, and fixed points of affine maps."""
 
 from __future__ import annotations
 
@@ -12,20 +12,18 @@ from stickslip.compiled.decorators import jit, kernel_making_arrays
 # parallel.
 _SQUARINGS = 24
 
-
-# If a normalised power and its square agree to this precision, they differ only by a factor, the
-# largest eigenvalue; unless eigenvectors are so nearly parallel that the factor is below the second
-# number.
+# If a normalised power and its square agree to this precision, they differ by a factor, the largest
+# eigenvalue. A factor below the second number proves nothing: eigenvectors are nearly parallel.
 _SAME = 1e-9
 _SMALLEST_FACTOR = 1e-3
 
-# A norm whose square would underflow.
+# The square of a smaller norm would underflow.
 _FORGOTTEN = 1e-150
 
 
 @jit
 def _copy(matrix: np.ndarray, target: np.ndarray) -> None:
-    # Not `target[:] = matrix`: its message for an error that cannot occur takes seconds to compile.
+    # `target[:] = matrix` would take seconds to compile, for the message of an impossible error.
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             target[i, j] = matrix[i, j]
@@ -42,7 +40,7 @@ def _norm(matrix: np.ndarray) -> float:
 
 @jit
 def _square(matrix: np.ndarray, norm: float, squared: np.ndarray) -> None:
-    """Write the square of `matrix`/`norm` (m, m) into `squared` (m, m)."""
+    """Write the square of `matrix` (m, m) over `norm` into `squared` (m, m)."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             total = 0.0
@@ -53,7 +51,7 @@ def _square(matrix: np.ndarray, norm: float, squared: np.ndarray) -> None:
 
 @jit
 def _replace(power: np.ndarray, norm: float, squared: np.ndarray, size: float) -> float:
-    """Copy `squared` into `power`; return how far apart the two were, at norm 1, up to a sign."""
+    """Copy `squared` into `power`; return the distance of the two at norm 1, up to a sign."""
     apart, opposite = 0.0, 0.0
     for i in range(power.shape[0]):
         for j in range(power.shape[1]):
@@ -66,7 +64,7 @@ def _replace(power: np.ndarray, norm: float, squared: np.ndarray, size: float) -
 
 @jit
 def _spectral_radius(power: np.ndarray, squared: np.ndarray) -> float:
-    """Spectral radius of `power` (m, m); both `power` and `squared` (m, m) are overwritten."""
+    """Return the spectral radius of `power` (m, m); overwrites `power` and `squared` (m, m)."""
     logarithm, part, norm = 0.0, 1.0, _norm(power)
     for _ in range(_SQUARINGS):
         logarithm += part * math.log(norm)
@@ -84,8 +82,8 @@ def _spectral_radius(power: np.ndarray, squared: np.ndarray) -> float:
 def spectral_radii(matrices: np.ndarray) -> np.ndarray:
     """Return the moduli (n,) of the largest eigenvalues of `matrices` (n, m, m); NaN for NaN.
 
-    By Gelfand's formula, ||A^k||^(1/k) for large k, with repeated squaring: faster than a general
-    solver, which finds all eigenvalues.
+    It uses Gelfand's formula, ||A^k||^(1/k) for large k, by repeated squaring, which is faster than
+    a general solver for all eigenvalues.
     """
     count, size = matrices.shape[0], matrices.shape[1]
     radii, power, squared = np.empty(count), np.empty((size, size)), np.empty((size, size))
@@ -119,9 +117,9 @@ def _eliminate(matrix: np.ndarray, target: np.ndarray) -> None:
 
 @kernel_making_arrays
 def rest_points(maps: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """Return the fixed points (n, m) of y -> A y + s.
+    """Return the fixed points (n, m) of y -> A y + s, for `maps` A (n, m, m) and `shifts` s (n, m).
 
-    For each of the matrices A (n, m, m) and shifts s (n, m); NaN if A holds NaN.
+    They are NaN if A contains NaN.
     """
     found, matrix = shifts.copy(), np.empty(maps.shape[1:])
     for index in range(len(maps)):

@@ -1,4 +1,4 @@
-"""Rosenbrock methods as data, checked when they are constructed."""
+"""Rosenbrock methods as tables of coefficients, with a check of their order."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ class RosenbrockTableau:
 
     With W = I/(h gamma) - J, stage i solves
     W u_i = f(t + c_i h, y + sum a_ij u_j) + sum (C_ij/h) u_j + h d_i df/dt.
-    The last two stages start from y and the embedded solution: y_embedded = (argument of the
-    last stage), y_new = y_embedded + u_last, so u_last is the error estimate. `dense` holds the
-    rows of the two coefficients of the continuous extension (Hairer & Wanner, Solving ODEs II,
-    IV.7). Construction raises ValueError if the order conditions fail.
+    The argument of the last stage is the embedded solution, and y_new = y_embedded + u_last, so
+    that u_last is the error estimate. `dense` has the rows of the two coefficients of the
+    continuous extension (Hairer & Wanner, Solving ODEs II, IV.7). Raises ValueError if the order
+    conditions fail.
     """
 
     name: str
@@ -36,7 +36,7 @@ class RosenbrockTableau:
                 raise ValueError(f"{self.name}: {what} is off by {miss:.1e}")
 
     def _misses(self) -> dict[str, float]:
-        """Distance from each identity: consistency, stiff accuracy, order conditions to 4."""
+        """Return the errors of consistency, stiff accuracy and the order conditions up to 4."""
         stages = len(self.c)
         a, C = _lower(self.a, stages), _lower(self.C, stages)
         Gamma = np.linalg.inv(np.eye(stages) / self.gamma - C)
@@ -65,7 +65,7 @@ class RosenbrockTableau:
 
 
 def _lower(rows: Rows, stages: int) -> np.ndarray:
-    """The strictly lower triangular matrix with these rows, padded with zeros."""
+    """Return the strictly lower triangular matrix with these rows, padded with zeros."""
     matrix = np.zeros((stages, stages))
     for i, row in enumerate(rows):
         matrix[i, : len(row)] = row
@@ -102,4 +102,4 @@ RODAS4P2 = RosenbrockTableau(
          -3.516963011559032),
     ),
 )  # fmt: skip
-"""Steinebach's RODAS4P2 (2020): like RODASP, but of second order with an inexact Jacobian."""
+"""Steinebach's RODAS4P2 (2020): like RODASP, but still of second order with an inexact Jacobian."""

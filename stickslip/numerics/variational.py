@@ -1,13 +1,13 @@
-"""One step of the variational equations w' = J(t) w: how a small displacement moves along.
+"""One step of the variational equations w' = J(t) w, for the growth of small displacements.
 
-Alexander's method (SIAM J. Numer. Anal. 14 (1977) 1006): diagonally implicit, of third order, and
-L-stable, so that what a stiff motion forgets within a step is forgotten. It needs J alone, at three
-times of a step that the motion has taken, and follows infinitesimal displacements: no size of a
-displacement has to be chosen between the curvature of the map and the noise of the integrator.
+Alexander's method (SIAM J. Numer. Anal. 14 (1977) 1006) is diagonally implicit, of third order and
+L-stable, so that fast modes decay within a step as they do in a stiff motion. It needs J alone, at
+three times of a step of the motion. The displacements are infinitesimal, so that no size has to be
+chosen between the curvature of the map and the noise of the integrator.
 
-A step that crosses a cusp of the right-hand side sees its infinite slope at three points, or not at
-all. But one displacement is known exactly there, whatever the slope: along the motion itself, whose
-rate f obeys f' = J f + df/dt. So a multiple of f is moved with the motion, and only the rest by J.
+A step across a cusp of the right-hand side samples the infinite slope at three points, or misses
+it. But whatever the slope, the displacement along the motion is known exactly: its rate f obeys f'
+= J f + df/dt. So a multiple of f moves with the motion, and J moves only the rest.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ GAMMA = 0.4358665215084590
 """A root of x^3 - 3 x^2 + 3/2 x - 1/6."""
 
 NODES = (GAMMA, 0.5 * (1.0 + GAMMA), 1.0)
-"""The times of a step at which the Jacobian is needed, as fractions of it."""
+"""The times at which a step needs the Jacobian, as fractions of the step."""
 
-# Coefficients of the increments of earlier stages, over GAMMA.
+# The coefficients of the increments of earlier stages, over GAMMA.
 _SECOND = 0.5 * (1.0 - GAMMA) / GAMMA
 _THIRD = (
     -(6.0 * GAMMA**2 - 16.0 * GAMMA + 1.0) / 4.0 / GAMMA,
@@ -33,15 +33,15 @@ _THIRD = (
 
 @inline
 def shift_of(h: float) -> float:
-    """The shift with which the Jacobians of a step of length `h` are factored."""
+    """Return the shift for the factors of the Jacobians of a step of length `h`."""
     return 1.0 / (GAMMA * h)
 
 
 def make_variational_step(algebra: Algebra) -> Callable[..., Vector]:
-    """Return the inline function (w, share, f0, f1, shift, LUs, f_ts) that takes w over a step.
+    """Return the inline function (w, share, f0, f1, shift, LUs, f_ts) that moves w over a step.
 
-    `share` times f0 of w is moved with the motion, whose rates are f0 before and f1 after the step.
-    LUs are the factors of shift*I - J at the NODES, `Algebra.factor`, and f_ts df/dt there.
+    The part `share` f0 of w moves with the motion, whose rates are f0 before and f1 after the step.
+    LUs are the factors of shift*I - J at the NODES, from `Algebra.factor`; f_ts are df/dt there.
     """
     add, solve, zero = algebra.add, algebra.solve, algebra.zero
 

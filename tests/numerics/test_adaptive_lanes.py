@@ -1,4 +1,4 @@
-"""The drive in lanes against the scalar drive: the same steps, each lane on its own."""
+"""The drive in lanes takes the same steps as the scalar drive, independently in each lane."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _get = lane_array(LANES).get
 
 @inline
 def rhs(p, t, y):
-    """A rigid body that turns about all its axes, faster and faster."""
+    """The rotation of a rigid body about all its axes, faster and faster."""
     a, b, c = y
     s = p * (1.0 + 0.1 * t)
     return s * b * c, -s * a * c, -0.51 * s * a * b
@@ -64,7 +64,7 @@ scalar = make_adaptive(rhs, jacobian, unit_weight, count, RODAS4P2, algebra(3))
 
 
 def loaded(speeds: np.ndarray, rtols: np.ndarray, ends: np.ndarray, h: float = 1e-3) -> np.ndarray:
-    """Lanes at the start, one problem in each."""
+    """Lanes at the start, with one problem in each."""
     table = np.zeros((SLOTS.total, LANES))
     for slot, value in (
         (SLOTS.end, ends), (SLOTS.step, h), (SLOTS.rtol, rtols), (SLOTS.grows, 1.0),
@@ -85,7 +85,7 @@ ENDS = np.linspace(9.0, 1.0, LANES)
 
 
 def attempts_to_the_end(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Attempts and states of all lanes when each has arrived."""
+    """The attempts and states of all lanes at their ends."""
     used, states = np.zeros(LANES), np.zeros((LANES, 3))
     for number in range(1, 5000):
         attempt(values)
@@ -121,7 +121,7 @@ def test_a_lane_that_has_arrived_stays_there() -> None:
     np.testing.assert_array_equal(table[SLOTS.time], ENDS)
 
 
-def test_lanes_do_not_feel_each_other() -> None:
+def test_lanes_do_not_affect_each_other() -> None:
     together = attempts_to_the_end(loaded(SPEEDS, RTOLS, ENDS))
     for lane in (0, 5, LANES - 1):
         ones = np.ones(LANES)
@@ -151,16 +151,13 @@ def test_events_are_arrival_limit_and_rounding() -> None:
     assert np.all(table[SLOTS.stuck][others] == 0.0)
 
 
-def test_the_step_tried_last_is_there_for_its_continuous_extension() -> None:
+def test_the_last_attempted_step_is_stored_for_its_continuous_extension() -> None:
     values = loaded(SPEEDS, RTOLS, ENDS)
     table: Any = table_of(values)
     for _ in range(12):
         before = table[[SLOTS.time, *STATE]].copy()
         attempt(values)
-        np.testing.assert_array_equal(
-            table[[SLOTS.begin, *OLD]],
-            before,
-        )
+        np.testing.assert_array_equal(table[[SLOTS.begin, *OLD]], before)
         accepted = table[SLOTS.accepted] > 0
         moved = table[SLOTS.time] > before[0]
         np.testing.assert_array_equal(accepted, moved)

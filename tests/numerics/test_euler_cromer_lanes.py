@@ -122,7 +122,7 @@ def draw(lanes, lane):
     return 100.0 * get(lanes, GROUP, lane) + drawn
 
 
-def test_random_numbers_come_in_groups_of_steps_whatever_the_budget() -> None:
+def test_random_numbers_come_in_groups_of_steps_with_any_budget() -> None:
     chance = Chance(32, refresh, draw)
     march = make_euler_cromer_lanes(
         parameters, random_increments, write_down, (sine,), SLOTS + 2, chance
@@ -160,7 +160,7 @@ def test_the_drive_is_set_right_before_its_roundings_add_up() -> None:
     assert tasks.rows[0, DRIVE] == pytest.approx(math.sin(1e-3 * tasks.total[0]), abs=1e-5)
 
 
-def test_steps_are_those_of_a_plain_loop() -> None:
+def test_steps_agree_with_a_plain_loop() -> None:
     spring, loss, angle = 2e-5, 3e-3, 4e-3
     tasks = run(tasks_of([(spring, loss, angle)], 5000))
     x, v, w, largest = 1.0, 2.0**-10, 0.5, -np.inf
@@ -176,7 +176,7 @@ def test_steps_are_those_of_a_plain_loop() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 15, 17, WIDTH, WIDTH + 1, 3 * WIDTH + 5])
-def test_a_row_does_not_know_who_shares_the_lanes(count: int) -> None:
+def test_a_row_does_not_depend_on_the_other_lanes(count: int) -> None:
     systems, steps = many(count)
     together = run(tasks_of(systems, steps))
     assert np.all(together.status == OK)
@@ -190,7 +190,7 @@ def test_a_row_does_not_know_who_shares_the_lanes(count: int) -> None:
 
 
 @pytest.mark.parametrize("budget", [1, 777, STEPS_BETWEEN_CHECKS])
-def test_where_a_budget_ends_makes_no_difference(budget: int) -> None:
+def test_results_do_not_depend_on_where_a_budget_ends(budget: int) -> None:
     systems, steps = many(WIDTH + 9)
     if budget == 1:
         steps %= 50

@@ -51,7 +51,7 @@ def normals(key: float = 1.0) -> np.ndarray:
         ),
     ],
 )
-def test_the_words_are_those_of_its_authors(
+def test_the_words_agree_with_the_reference_implementation(
     counter: list[int], key: list[int], expected: list[int]
 ) -> None:
     assert words(counter, key) == expected
@@ -69,7 +69,7 @@ def test_normal_numbers_are_distributed_as_they_should() -> None:
     assert np.abs(expected - steps).max() < 1.95 / math.sqrt(_COUNT)  # Kolmogorov, one in 1000
 
 
-def test_neighbouring_counters_and_keys_know_nothing_of_each_other() -> None:
+def test_numbers_of_neighbouring_counters_and_keys_are_uncorrelated() -> None:
     one, other = normals(1.0), normals(2.0)
     allowed = 4.0 / math.sqrt(_COUNT)
     assert abs(np.mean(one[1:] * one[:-1])) < allowed

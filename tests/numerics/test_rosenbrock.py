@@ -93,7 +93,7 @@ SHORT_STEPS = [0.05, 0.025, 0.0125, 0.00625]
 
 
 @pytest.mark.parametrize("part", ["within", "estimate", "defect"])
-def test_continuous_extension_and_both_estimates_are_those_of_third_order(
+def test_continuous_extension_and_both_estimates_are_of_third_order(
     method: Method, part: str
 ) -> None:
     sizes = []
@@ -131,7 +131,7 @@ def test_a_step_far_beyond_the_stiff_rates_is_damped(method: Method) -> None:
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
 @pytest.mark.parametrize("u_0", [0.0, 1e-15, 1e-12, -1e-12, 1e-9])
-def test_at_a_cusp_rounded_at_the_tolerance_a_leap_is_seen(
+def test_a_step_across_a_rounded_cusp_has_a_large_error_estimate(
     method: Method, u_0: float, tolerance: float
 ) -> None:
     step = single_step(method, -tolerance, 0.1, (u_0, 0.0, 0.0))

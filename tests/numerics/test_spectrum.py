@@ -19,18 +19,18 @@ def test_nearly_parallel_eigenvectors() -> None:
     assert spectral_radii(jordan[None])[0] == pytest.approx(0.5, rel=1e-5)
 
 
-def test_what_forgets_all_but_everything_has_a_radius() -> None:
+def test_a_tiny_matrix_has_a_radius() -> None:
     tiny = 1e-161 * np.array([[[-0.7, 6e-4, 0.0], [-56.0, 0.05, 0.0], [6e-3, 0.0, 0.0]]])
     assert 0.0 <= spectral_radii(tiny)[0] < 1e-150
 
 
-def test_what_forgets_everything_has_radius_0() -> None:
+def test_a_nilpotent_matrix_has_radius_0() -> None:
     nilpotent = np.diag([1.0, 1.0], 1)
     np.testing.assert_array_equal(spectral_radii(np.stack([nilpotent, 0.0 * nilpotent])), 0.0)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_an_unknown_entry_leaves_its_own_radius_alone_unknown(bad: float) -> None:
+def test_an_unknown_entry_affects_only_its_own_radius(bad: float) -> None:
     matrices = np.stack([np.eye(3), np.eye(3)])
     matrices[0, 1, 2] = bad
     radii = spectral_radii(matrices)

@@ -55,7 +55,7 @@ def test_after_a_success_without_error_the_step_grows_within_limits(error: float
     assert control.after_success(error, remembered)[0] > 2.0
 
 
-def test_the_control_converges_to_that_error() -> None:
+def test_the_control_converges_to_a_constant_error() -> None:
     h, remembered, error = 1.0, control.START, math.nan
     for _ in range(60):
         error = 3e-3 * h**4

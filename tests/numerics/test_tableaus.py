@@ -47,13 +47,17 @@ def test_a_coefficient_that_is_off_by_1e_6_is_refused(field: str, place: Any, by
         changed(field, place, by)
 
 
-def test_the_method_is_L_stable() -> None:
-    tableau = RODAS4P2
-    # R(z) = 1 + b^T (I/z - B)^-1 1 on the imaginary axis and far out.
+def matrices(tableau: RosenbrockTableau) -> tuple[np.ndarray, np.ndarray]:
+    """The matrices a and Gamma of the method."""
     a, C = np.zeros((6, 6)), np.zeros((6, 6))
     for i in range(6):
         a[i, :i], C[i, :i] = tableau.a[i], tableau.C[i]
-    Gamma = np.linalg.inv(np.eye(6) / tableau.gamma - C)
+    return a, np.linalg.inv(np.eye(6) / tableau.gamma - C)
+
+
+def test_the_method_is_L_stable() -> None:
+    # R(z) = 1 + b^T (I/z - B)^-1 1 on the imaginary axis and far from 0.
+    a, Gamma = matrices(RODAS4P2)
     beta = a @ Gamma + Gamma
     b = beta[-1]
 
@@ -67,10 +71,7 @@ def test_the_method_is_L_stable() -> None:
 
 def dense_defects(tableau: RosenbrockTableau, theta: float) -> list[float]:
     """Distances of the continuous extension at theta from the order conditions up to 3."""
-    a, C = np.zeros((6, 6)), np.zeros((6, 6))
-    for i in range(6):
-        a[i, :i], C[i, :i] = tableau.a[i], tableau.C[i]
-    Gamma = np.linalg.inv(np.eye(6) / tableau.gamma - C)
+    a, Gamma = matrices(tableau)
     alpha = a @ Gamma
     beta = alpha + Gamma
     d1, d2 = (np.append(row, 0.0) for row in tableau.dense)

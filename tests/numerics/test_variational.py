@@ -34,7 +34,7 @@ def test_it_is_of_third_order() -> None:
     np.testing.assert_allclose(slopes, 3.0, atol=0.2)
 
 
-def test_a_fast_mode_is_forgotten_within_a_step() -> None:
+def test_a_fast_mode_decays_within_a_step() -> None:
     h, J = 0.1, ((-1e9, 0.0), (0.0, -1.0))
     LUs = (TWO.factor(J, shift_of(h)),) * 3
     fast, slow = step((1.0, 1.0), 0.0, ZERO, ZERO, shift_of(h), LUs, (ZERO, ZERO, ZERO))
@@ -43,7 +43,7 @@ def test_a_fast_mode_is_forgotten_within_a_step() -> None:
 
 
 @pytest.mark.parametrize("h", [0.01, 0.7])
-def test_a_displacement_along_the_motion_is_moved_with_it_whatever_the_slope(h: float) -> None:
+def test_a_displacement_along_the_motion_moves_with_it_for_any_slope(h: float) -> None:
     f0, f1, f_t = (0.3, 2.0), (-0.1, 0.6), (0.0, 0.0)
     LUs = tuple(TWO.factor(((0.0, 1.0), (0.0, -slope)), shift_of(h)) for slope in (3.0, 1e6, 40.0))
     w = (2.5 * f0[0], 2.5 * f0[1])
@@ -51,7 +51,7 @@ def test_a_displacement_along_the_motion_is_moved_with_it_whatever_the_slope(h: 
     assert moved == pytest.approx((2.5 * f1[0], 2.5 * f1[1]), rel=1e-14)
 
 
-def test_of_a_displacement_the_rest_is_moved_by_the_jacobian() -> None:
+def test_the_jacobian_moves_the_rest_of_a_displacement() -> None:
     """With a right-hand side that depends on time, any share gives the same to the step's order.
 
     y' = -y^2 + t, from which dy/dy0 follows by differences.

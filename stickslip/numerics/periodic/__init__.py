@@ -1,1 +1,1 @@
-"""Periodic orbits of a driven system: recognising and accelerating convergence to a cycle."""
+"""Periodic orbits of a driven system: tests and acceleration of the convergence to a cycle."""

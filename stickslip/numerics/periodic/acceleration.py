@@ -1,15 +1,15 @@
 """Jumps towards the limit of a sequence that clearly contracts along one direction.
 
-Under the half-period map of an odd-symmetric system the offset left by the start alternates with a
-ratio close to -1, and the secant step to its limit (Aitken, Steffensen) is an interpolation between
-the last two states: well conditioned and insensitive to the noise of the integrator, whereas an
-extrapolation over whole periods divides that noise by the distance of the ratio from 1. The ratio
-along the slow direction is the orbit's largest Floquet multiplier.
+Under the half-period map of an odd-symmetric system the initial offset alternates with a ratio
+close to -1. The secant step to the limit (Aitken, Steffensen) then interpolates between the last
+two states; it is well conditioned and insensitive to the noise of the integrator. An extrapolation
+over whole periods would divide that noise by the distance of the ratio from 1. The ratio along the
+slow direction is the largest Floquet multiplier of the orbit.
 
-The limit of a spiral, which has no such direction, is its middle (`spirals.py`).
+A spiral has no slow direction; its limit is its middle (`spirals.py`).
 
-A jump moves the first two components of the state, position and velocity; the others are slaved to
-them. The search undoes a chain of jumps that fails.
+A jump moves the first two components of the state, position and velocity, to which the others are
+slaved. The search undoes a chain of jumps that fails.
 """
 
 from __future__ import annotations
@@ -40,63 +40,63 @@ from stickslip.numerics.periodic.ratios import (
 from stickslip.numerics.periodic.spirals import held_for, middle_of_spiral
 
 # A ratio is steady if it changes by no more than this fraction of its distance from 1. If the
-# sequence is known to contract although that cannot be seen, the ratio may change by no more than
-# the first of these, and the displacements bend by no more than the second.
+# sequence is known to contract although the noise hides it, the ratio may change by no more than
+# the first, and the direction of displacements by no more than the second of the other two.
 _STEADY = 0.3
 _UNSTEADY, _STRAIGHT = 0.05, 0.05
 
-# Ratios above this are not trusted with a jump: it would extrapolate to a hundred displacements.
+# A ratio above this allows no jump, which would extrapolate over a hundred displacements.
 _LARGEST_RATIO = 0.99
 
-# A jump is worth its cost if more than this many tolerances remain ...
+# A jump pays if it is longer than this many tolerances ...
 _WORTH = 0.5
-# ... and the iteration is slower than this.
+# ... and the ratio of the iteration is above these, the second of them for an alternation.
 _SMALLEST_RATIO = 0.5
 _SMALLEST_ALTERNATION = 0.1
 
-# No jump is longer than this many units of the scaled position, the largest offset left by a start
-# at rest; and after every jump at most half of its length may remain.
+# The longest jump, in units of the scaled position, is the largest offset of a start at rest. After
+# each jump no more than half of its length may remain.
 LONGEST_JUMP = 2.0
 
 # Successful searches need only a few jumps.
 _MOST_JUMPS = 20
 
-# A jump moves position and velocity alone. The other components are believed to follow if they
-# differ by no more than this between the states that the jump is based on. If they differ more, the
-# sequence may end on either side: then a jump goes only half the way, through states that plain
-# iteration passes too, and only if plain iteration is slow.
+# A jump moves position and velocity alone. The other components count as slaved if they differ by
+# no more than this between the states that determine the jump. If they differ more, the sequence
+# may end on either side. A jump then goes only half the way, through states that plain iteration
+# passes as well, and only if plain iteration is slower than the last ratio.
 _SLAVED = 1e-3
 _HALF_WAY = 0.5
 _SLOWEST_PART = 0.8
 
-# A cycle of several applications is clearly approached if its points are farther apart than this
-# many times the remaining distance.
+# A sequence clearly approaches a cycle of several applications if the points of the cycle are
+# farther apart than this many times the remaining distance.
 _APART = 4.0
 
-# The first jump stops short of the limit by this fraction: the next ratio is then measured near the
-# limit, and shows whether the orbit attracts.
+# The first jump stops short of the limit by this fraction, so that the next ratio is measured near
+# the limit, and shows whether the orbit attracts.
 _SHORTFALL = 0.01
 
-# Within this distance the finer tolerance is used.
+# The finer tolerance is used from this distance on.
 _COARSE = 1e-4
 
-# Spirals: the cycles that they may lead to, and how many of these a displacement spans (more for a
-# slowly turning spiral). A spiral that shrinks fast is simply followed to its end: that takes as
-# few applications, and a few displacements of any transient look like one.
+# The longest cycle at the end of a spiral, and the number of cycles that a displacement spans (more
+# for a slowly turning spiral). Plain iteration follows a spiral that shrinks fast: that takes as
+# few applications, and a few displacements of any transient look like such a spiral.
 _CYCLES_OF_SPIRALS = 4
 _SPANS = (1, 4, 16)
 
 
 @inline
 def _slow(ratio: float, cycle: int) -> bool:
-    """Tell whether a contraction is slow enough, but not too slow, for a jump."""
+    """Return whether a contraction is slow enough for a jump, but not too slow."""
     alternating = cycle == 1 and -1.0 < ratio <= -_SMALLEST_ALTERNATION
     return alternating or (_SMALLEST_RATIO <= abs(ratio) < 1.0 and ratio <= _LARGEST_RATIO)
 
 
 @jit
 def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
-    """Smallest cycle whose last displacements shrink by the same ratio along one line; or 0."""
+    """Smallest cycle whose last displacements shrink by a constant ratio along a line; or 0."""
     for cycle in range(1, min(memory.longest_cycle, SOONEST_CYCLE) + 1):
         if 3 * cycle > newest:
             return 0
@@ -107,12 +107,12 @@ def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
 
 @jit
 def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
-    """Tell whether the last displacements by `cycle` applications clearly lead to a limit.
+    """Return whether the last displacements over `cycle` applications clearly approach a limit.
 
-    Three of them must shrink by the same ratio, or four if the sequence alternates: on the way to
-    an asymmetric orbit two ratios can agree by accident, and the jump to the middle would land on a
-    symmetric orbit, which may also be attracting. On approach to an asymmetric orbit the ratio
-    tends to -1: its distance from -1 shrinks, which the comparison with the earlier ratio reveals.
+    Three of them must shrink by the same ratio, or four if the sequence alternates. On the way to
+    an asymmetric orbit two ratios can agree by accident, and a jump to the middle would then land
+    on a symmetric orbit, which may attract as well. During that approach the ratio tends to -1; the
+    comparison with the earlier ratio shows that its distance from -1 shrinks.
     """
     oldest = displacement(memory, newest - 2 * cycle, newest - 3 * cycle)
     before = displacement(memory, newest - cycle, newest - 2 * cycle)
@@ -132,7 +132,7 @@ def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
 
 @inline
 def _alternates(memory: Any, newest: int, cycle: int, ratio: float, blur: float) -> bool:
-    """Tell whether the first two of the last four displacements have the same ratio."""
+    """Return whether the first two of the last four displacements have the same ratio."""
     if 4 * cycle > newest:
         return False
     first = displacement(memory, newest - 3 * cycle, newest - 4 * cycle)
@@ -143,10 +143,10 @@ def _alternates(memory: Any, newest: int, cycle: int, ratio: float, blur: float)
 
 @inline
 def _slaved(memory: Any, newest: int, cycle: int, longest: int) -> bool:
-    """Tell whether the components that a jump does not move repeated for `longest` applications.
+    """Return whether the components that a jump does not move repeated for `longest` applications.
 
-    Their peaks between these states must repeat too: a film that almost freezes in one application
-    may freeze in the next, and a jump would skip that.
+    Their peaks between these states must repeat as well, because a film that almost freezes in one
+    application may freeze in the next, and a jump would skip that.
     """
     for lag in range(cycle, min(longest, newest) + 1, cycle):
         raised = memory.peaks[(newest - lag) % REMEMBERED] - memory.peaks[newest % REMEMBERED]
@@ -162,7 +162,7 @@ def _slaved(memory: Any, newest: int, cycle: int, longest: int) -> bool:
 
 @inline
 def _apart(memory: Any, newest: int, cycle: int, length: float) -> bool:
-    """Tell whether the points of the cycle are much farther apart than the remaining `length`."""
+    """Return whether the points of the cycle are much farther apart than the remaining `length`."""
     for lag in range(1, cycle):
         if not length_of(displacement(memory, newest, newest - lag)) >= _APART * length:
             return False
@@ -173,9 +173,9 @@ def _apart(memory: Any, newest: int, cycle: int, length: float) -> bool:
 def _part(
     memory: Any, slaved: bool, ratio: float, way: tuple[float, float], allowed: float
 ) -> float:
-    """Fraction of the remaining `way` that a jump is to cover; 0 for no jump.
+    """Fraction of the remaining `way` that a jump covers; 0 for no jump.
 
-    It is no longer than `allowed` unless the limit is out of reach.
+    The jump is no longer than `allowed`, unless the limit is out of reach of the slow process.
     """
     allowed = np.inf if _out_of_reach(memory, way) else allowed
     if not slaved:
@@ -187,7 +187,7 @@ def _part(
 
 @inline
 def _out_of_reach(memory: Any, way: tuple[float, float]) -> bool:
-    """Return True if the slow process that caps jumps cannot act on the `way` to the limit."""
+    """Return whether the slow process that limits jumps cannot act on the `way` to the limit."""
     states, newest = memory.states, memory.newest % REMEMBERED
     x, v = states[newest, 0] + way[0] - memory.centre, states[newest, 1] + way[1]
     rho = math.sqrt(way[1] * way[1] + memory.stiffness * way[0] * way[0])
@@ -196,7 +196,7 @@ def _out_of_reach(memory: Any, way: tuple[float, float]) -> bool:
 
 @jit
 def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
-    """Jump (dx, dv) to the limit if the sequence clearly leads to one; else (0, 0)."""
+    """Return a jump (dx, dv) to the limit, or (0, 0) if no limit is clearly in sight."""
     newest = memory.newest
     cycle = memory.aim
     followed = cycle > 0 and newest == cycle and memory.turning == 0
@@ -218,7 +218,7 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
     safe = safe and _slow(ratio, cycle) and _apart(memory, newest, cycle, length)
     slaved = _slaved(memory, newest, cycle, 3 * cycle)
     part = _part(memory, slaved, ratio, (amount * slow[0], amount * slow[1]), memory.allowed)
-    # Where spirals must keep clear: a few displacements of a slow one look like a line.
+    # A few displacements of a slow spiral look like a line, so that the limits of spirals hold too.
     part = part if ratio < 0.0 or memory.gain == np.inf else 0.0
     if not (safe and part * length > _WORTH * tolerance):
         return 0.0, 0.0
@@ -228,7 +228,7 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
 
 @jit
 def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
-    """Jump (dx, dv) to the middle of a spiral if the sequence clearly follows one; else (0, 0)."""
+    """Return a jump (dx, dv) to the middle of a spiral, or (0, 0) if there is no clear spiral."""
     newest = memory.newest
     for span in _SPANS:
         for cycle in range(1, _CYCLES_OF_SPIRALS + 1):
@@ -245,12 +245,10 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
                 part = _part(memory, slaved, radius, (dx, dv), allowed)
             if part * length > _WORTH * tolerance:
                 last = displacement(memory, newest, newest - cycle)
-                memory.slow[0], memory.slow[1] = (
-                    last[0] / length_of(last),
-                    last[1] / length_of(last),
-                )
+                step = length_of(last)
+                memory.slow[0], memory.slow[1] = last[0] / step, last[1] / step
                 # The remaining way, in lengths of the last displacement, though not along it.
-                remains = length / length_of(last)
+                remains = length / step
                 memory.ratios[cycle - 1] = remains / (1.0 + remains)
                 _store_jump(memory, cycle, length, part)
                 memory.turning, memory.paired = cycle, 0
@@ -260,9 +258,9 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
 
 @inline
 def jump_outran(memory: Any) -> bool:
-    """Tell whether the components that a jump does not move changed after it.
+    """Return whether the components that a jump does not move changed after it.
 
-    They then depended on the skipped states, and plain iteration may end elsewhere.
+    Then they depended on the skipped states, and plain iteration may end elsewhere.
     """
     newest, aim = memory.newest, memory.aim
     if aim == 0 or newest != aim or memory.paired == 0:
@@ -276,7 +274,7 @@ def jump_outran(memory: Any) -> bool:
 
 @inline
 def jump_failed(memory: Any, noise: float) -> bool:
-    """Tell whether the first displacement after a jump is not shorter than the one before it."""
+    """Return whether the first displacement after a jump is not shorter than the one before it."""
     newest, aim = memory.newest, memory.aim
     if aim == 0 or newest != aim:
         return False
@@ -288,7 +286,7 @@ def jump_failed(memory: Any, noise: float) -> bool:
 
 @jit
 def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
-    """Store a jump from the newest state, with the data needed to judge and to undo it."""
+    """Store a jump from the newest state, with the data for judging and undoing it."""
     newest = memory.newest
     newer, older = newest % REMEMBERED, (newest - cycle) % REMEMBERED
     if memory.jumps == 0:
@@ -300,7 +298,7 @@ def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
     memory.aim, memory.common = cycle, _common_divisor(cycle, memory.common)
     slow = memory.slow[0], memory.slow[1]
     shift = abs(along(displacement(memory, newest, newest - cycle), slow))
-    memory.residue = (1.0 - 0.5 * part) * shift  # a useless jump would leave the whole shift
+    memory.residue = (1.0 - 0.5 * part) * shift  # a useless jump leaves the whole shift
     memory.longest_jump = min((1.0 - 0.5 * part) * length, memory.longest_jump)
     memory.gone = part * length
     memory.paired = 1
@@ -317,7 +315,7 @@ def _common_divisor(a: int, b: int) -> int:
 
 @jit
 def compare_landing(memory: Any, noise: float) -> None:
-    """Note the ratio of contraction from the states before and after a jump and their images."""
+    """Measure the contraction from the states before and after a jump, and their images."""
     newest, aim = memory.newest, memory.aim
     if memory.paired == 0 or newest != aim:
         return
@@ -329,7 +327,7 @@ def compare_landing(memory: Any, noise: float) -> None:
 
 @jit
 def nearly_repeats(memory: Any, newest: int, tolerance: float) -> bool:
-    """Tell whether the sequence repeats well enough to justify the finer tolerance."""
+    """Return whether the sequence repeats well enough to justify the finer tolerance."""
     enough = max(_COARSE, 10.0 * tolerance)
     for cycle in range(1, memory.longest_cycle + 1):
         ratio = memory.ratios[cycle - 1]

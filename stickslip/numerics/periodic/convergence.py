@@ -1,11 +1,11 @@
-"""Tests of whether a sequence of states has reached its cycle, approaches one, or wanders.
+"""Tests of a sequence of states: whether it has reached a cycle, approaches one, or wanders.
 
-The states are those of a stroboscopic (Poincaré) map, one for each application of the map. The
-sequence may converge with a ratio of 0.99 per application, so the last difference says little: what
-counts is the remaining distance to the limit. For a geometric sequence sampled at a lag, with D1
-the newest displacement over the lag and D0 the one before, it is D1^2/(D0 - D1) (Aitken's
-delta-squared process). Long lags make the estimate robust where the differences are near the noise
-of the integrator.
+A stroboscopic (Poincaré) map produces the states, one for each application. The
+sequence may converge with a ratio of 0.99 per application, so that the last difference says little;
+the tests use the remaining distance to the limit. For a geometric sequence sampled at a lag, this
+is D1^2/(D0 - D1), where D1 is the newest displacement over the lag and D0 the one before it
+(Aitken's delta-squared process). Long lags make the estimate robust if the differences are near the
+noise of the integrator.
 """
 
 from __future__ import annotations
@@ -18,60 +18,61 @@ import numpy as np
 from stickslip.compiled.decorators import inline, jit
 
 LONGEST_CYCLE = 256
-"""Length of the longest cycle that is recognised, in applications."""
+"""The length of the longest cycle that is recognised, in applications."""
 
 SOONEST_CYCLE = 64
-"""Longest cycle that is looked for in a first search, in applications: testing all cycles after
-each application takes longer than the application itself for a simple film."""
+"""The longest cycle in a first search, in applications. For a simple film, the tests of all cycles
+after each application would take longer than the application."""
 
-# Longest lag, in cycles, of the estimates of the remaining distance; less for the longest cycles.
+# The longest lag in estimates of the remaining distance, in cycles; shorter for the longest cycles.
 _LAGS = 16
 REMEMBERED = 513
-"""Number of states kept: twice round the longest cycle."""
+"""The number of stored states: twice round the longest cycle."""
 
 UNKNOWN = 2.0
-"""The ratio of contraction before one is measured."""
+"""The ratio of contraction before it is measured."""
 
-# A difference below this fraction of the tolerance cannot hide a drift that matters: with a ratio
-# of 0.999 per period it leaves one tolerance to go.
+# A difference below this fraction of the tolerance cannot hide an important drift: at a ratio of
+# 0.999 per period, one tolerance remains.
 _NEGLIGIBLE = 1e-3
 
-# Staying within this fraction of the tolerance for 16 cycles bounds the drift of a noisy sequence:
-# with a ratio of 0.99 per period it leaves one tolerance to go.
+# A noisy sequence that stays within the first fraction of the tolerance for 16 cycles has a bounded
+# drift: at a ratio of 0.99 per period, one tolerance remains.
 _QUIET = 0.2
 _DRIFTLESS = 0.7
 
-# A displacement longer than its ratio predicts, by this fraction of the tolerance, is a drift.
+# A displacement that exceeds the prediction of its ratio by this fraction of the tolerance is a
+# drift.
 _DRIFT = 0.3
 
-# Points closer together than this many tolerances are the same. In a noisy sequence one of many
-# long cycles closes by accident: beyond this many periods the points of a cycle must be distinct.
+# Points within this many tolerances are the same. In a noisy sequence one of many long cycles
+# closes by accident, so that in cycles of more periods than this all points must be distinct.
 _INDISTINCT = 10.0
 _SHORT_PERIODS = 8
 
-# A sequence has stalled if, within this many tolerances of repeating, it moved nearly as far in
-# this many applications as in as many before.
+# A sequence has stalled if in the first number of applications it moved by no more than the last
+# number of tolerances, but by at least the second fraction of what it moved in as many before.
 _PATIENCE = 64
 _STALLED_RATIO = 0.9
 _NEAR = 100.0
 
-# A sequence is watched for this many drive periods before it is said to wander. A cycle is
-# approached if its displacements seldom grow, and left if they seldom shrink, at any pace, allowing
-# for noise and a few exceptions: otherwise every other one grows.
+# The verdict that a sequence wanders takes this many drive periods. A sequence approaches a cycle
+# if its displacements seldom grow, and leaves it if they seldom shrink, at any pace, apart from
+# noise and a few exceptions. In a wandering sequence every other displacement grows.
 _WATCHED_PERIODS = 128
 _SELDOM = 0.1
 _NOISE_ALLOWED = 10.0
 
-# The longest way to a cycle: twice the longest offset left by a start.
+# The longest way to a cycle: twice the longest initial offset.
 _LONGEST_WAY = 4.0
 
-# Number of earlier displacements that the last one is compared with to see a decline in the noise.
+# The last displacement is compared with this many earlier ones, to detect a decline in the noise.
 _LOOKS = 4
 
 
 @inline
 def distance(memory: Any, newer: int, older: int) -> float:
-    """Largest scaled difference between two stored states; NaN if either is NaN."""
+    """Largest scaled difference between two stored states; NaN if one of them is NaN."""
     states, i, j = memory.states, newer % REMEMBERED, older % REMEMBERED
     largest, total = 0.0, 0.0
     for component in range(states.shape[1]):
@@ -90,13 +91,13 @@ def displacement(memory: Any, newer: int, older: int) -> tuple[float, float]:
 
 @inline
 def reach(ratio: float) -> float:
-    """Remaining way to the limit in units of the last displacement, signed."""
+    """Remaining way to the limit in units of the last displacement, with its sign."""
     return ratio / (1.0 - ratio)
 
 
 @jit
 def _remaining_distance(memory: Any, newest: int, lag: int) -> float:
-    """Estimated distance of the newest state from the limit, from a `lag`; inf if it grows."""
+    """Estimated distance of the newest state from the limit, at a `lag`; inf if it grows."""
     moved = distance(memory, newest, newest - lag)
     before = distance(memory, newest - lag, newest - 2 * lag)
     return moved * moved / (before - moved) if moved < before else np.inf
@@ -104,12 +105,13 @@ def _remaining_distance(memory: Any, newest: int, lag: int) -> float:
 
 @jit
 def _repeats(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
-    """Tell whether the orbit closes after `cycle` applications, within `tolerance` of its limit.
+    """Return whether the orbit closes after `cycle` applications, within `tolerance` of its limit.
 
-    If the ratio of contraction was measured above the noise, it gives the remaining distance.
-    Otherwise every lag that the sequence is long enough for must agree: noise can deceive a short
-    one, a fast transient a long one. A sequence that repeats to a small fraction of the tolerance,
-    or does not contract but stays within a larger fraction for long, needs no estimate.
+    A ratio of contraction measured above the noise gives the remaining distance. Otherwise the
+    estimates at all lags for which the sequence is long enough must agree: noise can falsify a
+    short one, a fast transient a long one. No estimate is necessary for a sequence that repeats to
+    a small fraction of the tolerance, or does not contract but stays within a larger fraction for
+    long.
     """
     if cycle > newest:
         return False
@@ -131,9 +133,9 @@ def _repeats(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
 
 @inline
 def _contracts(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
-    """Tell whether the last displacement is as short as the measured ratio predicts.
+    """Return whether the last displacement is as short as the measured ratio predicts.
 
-    The ratio may belong to a fast mode that has decayed, and hide a slow one that still drifts.
+    The ratio may belong to a fast mode that has decayed, and hide a slow mode that still drifts.
     """
     if 2 * cycle > newest:
         return True
@@ -144,9 +146,9 @@ def _contracts(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
 
 @jit
 def _quiet(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
-    """Tell whether the last 16 cycles stayed, without drift, within a small part of the tolerance.
+    """Return whether the last 16 cycles stayed within a small part of the tolerance without drift.
 
-    With a drift, all lags together reach twice as far as the shorter half of them.
+    With a drift, all lags together would reach twice as far as the shorter half of them.
     """
     lags = min(_LAGS, (REMEMBERED - 1) // cycle)
     if newest < lags * cycle:
@@ -158,7 +160,7 @@ def _quiet(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
 
 @jit
 def _farthest(memory: Any, newest: int, cycle: int, lags: int) -> float:
-    """Largest distance of the newest state from those up to so many cycles before; NaN counts."""
+    """Largest distance of the newest state from those up to `lags` cycles before; NaN counts."""
     farthest = 0.0
     for lag in range(cycle, lags * cycle + 1, cycle):
         away = distance(memory, newest, newest - lag)
@@ -169,7 +171,7 @@ def _farthest(memory: Any, newest: int, cycle: int, lags: int) -> float:
 
 @jit
 def closing_cycle(memory: Any, newest: int, tolerance: float) -> int:
-    """Smallest number of applications after which the orbit closes; 0 if it does not yet."""
+    """Smallest number of applications after which the orbit closes; 0 if it does not close yet."""
     for cycle in range(1, memory.longest_cycle + 1):
         if _repeats(memory, newest, cycle, tolerance):
             shorter = _indistinct_cycle(memory, newest, cycle, tolerance)
@@ -180,7 +182,7 @@ def closing_cycle(memory: Any, newest: int, tolerance: float) -> int:
 
 @jit
 def _indistinct_cycle(memory: Any, newest: int, cycle: int, tolerance: float) -> int:
-    """Shortest part of a cycle that nearly closes as well; the cycle itself if none does."""
+    """Shortest part of a cycle that nearly closes too, or the cycle itself."""
     for shorter in range(1, cycle):
         close = distance(memory, newest, newest - shorter) <= _INDISTINCT * tolerance
         if cycle % shorter == 0 and close:
@@ -190,11 +192,11 @@ def _indistinct_cycle(memory: Any, newest: int, cycle: int, tolerance: float) ->
 
 @jit
 def stalled(memory: Any, newest: int, tolerance: float) -> bool:
-    """Tell whether a sequence near its limit no longer approaches it.
+    """Return whether a sequence near its limit no longer approaches it.
 
     The map of an adaptive method has jumps of the order of its tolerance, where the pattern of
-    accepted steps changes. If the orbit attracts slowly, these jumps and not the orbit determine
-    the sequence: it wanders about the limit and never settles.
+    accepted steps changes. If the orbit attracts slowly, these jumps dominate: the sequence wanders
+    about the limit and never settles.
     """
     for cycle in range(1, memory.longest_cycle + 1):
         lag = cycle * ((_PATIENCE + cycle - 1) // cycle)
@@ -208,11 +210,11 @@ def stalled(memory: Any, newest: int, tolerance: float) -> bool:
 
 @jit
 def wanders(memory: Any, newest: int, tolerance: float, noise: float, due: bool) -> bool:
-    """Tell whether the sequence, watched for 128 drive periods, is related to no cycle in sight.
+    """Return whether the sequence neither approaches nor leaves a cycle in 128 drive periods.
 
-    Tested twice in that many periods. `noise` is the tolerance of the integrator. If a verdict is
-    `due`, only a sequence that approaches a cycle without exception may go on: neither one that
-    leaves a cycle nor one that stays near it without closing.
+    The test takes place twice in 128 periods. `noise` is the tolerance of the integrator. If a
+    verdict is `due`, the search continues only if the sequence approaches a cycle without
+    exception, but not if it leaves a cycle, or stays near it without closing.
     """
     watched, periods = _WATCHED_PERIODS * memory.per_period, newest // memory.per_period
     if newest < max(watched, memory.patience) or periods % (_WATCHED_PERIODS // 2) != 0:
@@ -231,11 +233,11 @@ def wanders(memory: Any, newest: int, tolerance: float, noise: float, due: bool)
 
 @jit
 def _in_sight(memory: Any, newest: int, cycle: int, watched: int, blur: float) -> bool:
-    """Tell whether the sequence approaches the cycle, or leaves it, at any pace.
+    """Return whether the sequence approaches the cycle, or leaves it, at any pace.
 
-    Along a line its displacements by `cycle` applications then seldom grew, or seldom shrank. On a
-    spiral they grow and shrink in turn, but the areas between them only shrink or only grow.
-    Constant areas prove nothing: a motion that circles forever has them.
+    Along a line its displacements over `cycle` applications then seldom grew, or seldom shrank. On
+    a spiral they grow and shrink in turn, but the areas between them only shrink, or only grow.
+    Constant areas prove nothing, because a motion that circles forever has them too.
     """
     rarely_grew, rarely_shrank = _trend(memory, newest, cycle, watched, blur, _SELDOM, _moved)
     if rarely_grew or rarely_shrank:
@@ -246,11 +248,12 @@ def _in_sight(memory: Any, newest: int, cycle: int, watched: int, blur: float) -
 
 @jit
 def _approaches(memory: Any, newest: int, cycle: int, watched: int, blur: float) -> bool:
-    """Tell whether the sequence has approached the cycle all the time.
+    """Return whether the sequence has approached the cycle all the time.
 
-    A weakly damped film that is kicked every forty periods does so most of the time. A geometric
-    approach over so many applications must have become slow: of a way w, covered by a fraction
-    1 - r at a time, the nth step is w (1 - r) r^n, which is at most w/(e n) for any r.
+    A weakly damped film with a kick every forty periods does so most of the time. A geometric
+    approach over so many applications must have become slow: if each step covers a fraction 1 - r
+    of the remaining way, the nth step of a way w is w (1 - r) r^n, which is below w/(e n) for any
+    r.
     """
     never_grew, _ = _trend(memory, newest, cycle, watched, blur, 0.0, _moved)
     if never_grew:
@@ -263,7 +266,7 @@ def _approaches(memory: Any, newest: int, cycle: int, watched: int, blur: float)
 
 @inline
 def _declines(memory: Any, newest: int, cycle: int, watched: int) -> bool:
-    """Tell whether displacements at a few times become shorter each time, unlike noise."""
+    """Return whether displacements at a few times become shorter each time, unlike noise."""
     apart = (watched - cycle) // _LOOKS
     before = np.inf
     for look in range(_LOOKS, -1, -1):
@@ -285,7 +288,7 @@ def _trend(
     exceptions: float,
     extent: Any,
 ) -> tuple[bool, bool]:
-    """Tell whether `extent` never grew, and whether it never shrank, by more than its noise.
+    """Return whether `extent` never grew, and whether it never shrank, by more than its noise.
 
     A fraction of `exceptions` is allowed.
     """
@@ -303,7 +306,7 @@ def _trend(
 
 @jit
 def _moved(memory: Any, newer: int, cycle: int, blur: float) -> tuple[float, float]:
-    """Length of the displacement by `cycle` applications, and its noise."""
+    """Length of the displacement over `cycle` applications, and its noise."""
     return distance(memory, newer, newer - cycle), blur
 
 

@@ -3,10 +3,10 @@
 The system may have the odd symmetry (x, v, w, t) -> (-x, -v, w, t + T/2). Half a drive period from
 phase 0, followed by a change of signs, is then a map of the state space into itself. A symmetric
 orbit is a fixed point of this half-period map; an orbit that closes after n periods is a cycle of
-at most 2n applications. If a method maps a whole period at a time, an application is a period.
+up to 2n applications. For a method that maps a whole period at a time, an application is a period.
 
-The search keeps its whole memory in one record, so that each of many lanes has its own. A drive
-calls `judge` with the scaled state after each application, and carries out the verdict.
+The memory of a search is a single record, so that each of many lanes has its own. A drive calls
+`judge` with the scaled state after each application, and carries out the verdict.
 """
 
 from __future__ import annotations
@@ -40,29 +40,30 @@ from stickslip.numerics.periodic.convergence import (
 from stickslip.numerics.periodic.ratios import known_to_contract, note_ratios
 
 GO_ON, JUMP, FINER, RESTORE, SETTLED, EXHAUSTED, WANDERING = range(7)
-"""Verdicts: go on; add (dx, dv) to the scaled state; cut the tolerance of the integrator to a
-tenth (and add (dx, dv)); return to the stored state and the initial tolerance; the orbit is found;
+"""Verdicts: continue; add (dx, dv) to the scaled state; reduce the tolerance of the integrator to a
+tenth, and add (dx, dv); return to the stored state and the initial tolerance; the orbit is found;
 the budget of applications is spent; no cycle is in sight."""
 
 LONGEST_CYCLE_IN_PERIODS = LONGEST_CYCLE // 2
-"""Length of the longest orbit that is recognised, in drive periods."""
+"""The length of the longest orbit that is recognised, in drive periods."""
 
 _SOONEST_CYCLE_IN_PERIODS = SOONEST_CYCLE // 2
 
-# Drive periods, or at most half of the budget, after which a sequence that neither approaches a
-# cycle nor closes counts as wandering, whatever it is near; and the fewest for a late search: three
-# times round the longest cycle, and half of it for the way there.
+# After this many drive periods, or half of the budget, a sequence that neither approaches a cycle
+# nor closes counts as wandering, even if it is near one.
 _DUE_PERIODS = 384
+# A late search takes at least three times round the longest cycle, and half of it for the way
+# there.
 _PATIENCE_OF_LATE = 7 * LONGEST_CYCLE_IN_PERIODS // 2
 
-# The verdict must hold over two drive periods, and at every point of the cycle: fast transients
-# can mimic it once.
+# A cycle must be found closed over two drive periods, and at each of its points, because a fast
+# transient can mimic it once.
 _CONFIRMED_PERIODS = 2
 
-# Chains of jumps that are undone before the search continues without jumps.
+# After this many undone chains of jumps the search continues without jumps.
 _MOST_FAILURES = 8
 
-_FINEST = 3  # cuts of the tolerance: one for the last steps to the orbit, two where it stalls
+_FINEST = 3  # reductions of the tolerance: one for the last steps to the orbit, two if it stalls
 
 
 @cache
@@ -74,41 +75,41 @@ def memory_of(width: int) -> np.dtype[np.void]:
             ("longest_cycle", "i8"),  # in applications
             ("patience", "i8"),  # applications before the sequence may count as wandering
             ("applications", "i8"),  # since the start
-            ("mirrored", "i8"),  # 1 if the state is in the mirror image of the start's frame
+            ("mirrored", "i8"),  # 1 if the frame is the mirror image of that at the start
             ("newest", "i8"),  # applications since the sequence was last restarted
-            ("held", "i8"),  # times in a row that the same cycle was found closed
+            ("held", "i8"),  # number of times in a row that the same cycle was found closed
             ("cycle", "i8"),  # that cycle, in applications
-            ("fineness", "i8"),  # times that the tolerance was cut
+            ("fineness", "i8"),  # number of reductions of the tolerance
             ("initial_fineness", "i8"),  # _FINEST if the map has no tolerance
-            ("plain", "i8"),  # 1 if no jump is allowed (any more)
+            ("plain", "i8"),  # 1 if jumps are not allowed, or no longer
             ("allowed", "f8"),  # longest jump that the caller allows
-            ("inwards", "f8"),  # the same to the middle of a spiral
-            ("repeating", "i8"),  # 1 if there only where the other components repeat
-            ("centre", "f8"),  # (x, 0), near which the slow process acts
-            ("stiffness", "f8"),  # of the norm of distances from there
-            ("gain", "f8"),  # a limit farther from there than `gain` times the way to it ...
-            ("least", "f8"),  # ... and this is out of its reach
+            ("inwards", "f8"),  # longest jump to the middle of a spiral
+            ("repeating", "i8"),  # 1 if such jumps need the other components to repeat
+            ("centre", "f8"),  # the slow process acts near the state (centre, 0)
+            ("stiffness", "f8"),  # in the norm of distances from this state
+            ("gain", "f8"),  # a limit farther from it than `gain` times the way to the limit ...
+            ("least", "f8"),  # ... plus this is out of reach of the process
             ("contracting", "i8"),  # latest run of applications in which no motions separate
             ("peak", "f8"),  # of the components that a jump does not move, in the last application
             ("jumps", "i8"),  # since the state to restore was stored
-            ("failures", "i8"),  # chains of jumps that were undone
-            ("aim", "i8"),  # the cycle whose limit the jumps aim at
-            ("common", "i8"),  # greatest common divisor of the cycles that jumps aimed at
+            ("failures", "i8"),  # number of undone chains of jumps
+            ("aim", "i8"),  # the cycle at whose limit jumps aim
+            ("common", "i8"),  # greatest common divisor of all cycles at which jumps aimed
             ("paired", "i8"),  # 1 if `landing` can be compared with the next displacement
             ("stored_mirrored", "i8"),
-            ("longest_jump", "f8"),  # longest jump allowed
+            ("longest_jump", "f8"),
             ("gone", "f8"),  # length of the last jump
             ("stride", "f8"),  # longest jump after one that outran the film
             ("residue", "f8"),  # longest displacement after a successful jump
-            ("calm", "f8"),  # displacements must be shorter than this before jumps resume
-            ("slow", "f8", 2),  # direction of the slow mode, its larger component 1
+            ("calm", "f8"),  # jumps resume when displacements are shorter than this
+            ("slow", "f8", 2),  # direction of the slow mode; its larger component is 1
             ("landing", "f8", 2),  # (x, v) before ...
             ("image", "f8", 2),  # ... and after `aim` applications
             ("stored", "f8", width),  # the state before the first jump
-            ("turning", "i8"),  # the cycle into which the sequence winds, 0 for none
+            ("turning", "i8"),  # the cycle of the spiral that a jump followed; 0 for none
             ("ratios", "f8", LONGEST_CYCLE),  # of contraction, by cycle
             ("states", "f8", (REMEMBERED, width)),
-            ("peaks", "f8", REMEMBERED),  # of the applications that led to these states
+            ("peaks", "f8", REMEMBERED),  # in the applications that ended in these states
         ],
         align=True,
     )
@@ -120,10 +121,10 @@ def start(
 ) -> None:
     """Prepare the record `memory` for a search from the scaled state `z`.
 
-    `per_period` applications make a drive period: 1, or 2 for the half-period map of a system with
-    the odd symmetry. `accelerate` allows jumps; `refinable` says that the map has a tolerance that
-    can be cut. A `late` search continues a sequence in which an earlier one found no cycle: it
-    looks for longer ones, at the finer tolerance from the beginning.
+    `per_period` is the number of applications in a drive period: 1, or 2 for the half-period map of
+    a system with the odd symmetry. `accelerate` allows jumps; `refinable` means that the map has a
+    tolerance, which the search may reduce. A `late` search continues a sequence in which an earlier
+    search found no cycle: it looks for longer cycles, with the finer tolerance from the beginning.
     """
     longest = LONGEST_CYCLE_IN_PERIODS if late else _SOONEST_CYCLE_IN_PERIODS
     memory.per_period, memory.longest_cycle = per_period, per_period * longest
@@ -146,18 +147,18 @@ def start(
 
 @inline
 def limit_spirals(memory: Any) -> None:
-    """Jump to the middle of a spiral only if the components that a jump does not move repeat."""
+    """Allow jumps to the middle of a spiral only if the components that a jump leaves repeat."""
     memory.repeating = 1
 
 
 @inline
 def keep_clear(memory: Any, centre: float, stiffness: float, gain: float, least: float) -> None:
-    """Jump to the middle of a spiral only if the slow process cannot act on the way to it.
+    """Allow jumps to the middle of a spiral only if a slow process cannot act on the way there.
 
-    A sequence turns round the middle many times while it approaches it, and the process may act at
-    any angle. It acts near the state (centre, 0). With distances sqrt(v^2 + stiffness x^2), a limit
-    farther from there than `gain` times the way to it plus `least` is out of its reach, and jumps
-    to such a limit are free. With an infinite gain none is known to be.
+    A sequence turns round the middle many times during its approach, and the process may act at any
+    angle, near the state (centre, 0). In distances sqrt(v^2 + stiffness x^2), a limit is out of its
+    reach if it is farther from this state than `gain` times the way to the limit plus `least`;
+    jumps to such a limit are free. With an infinite gain no limit is known to be out of reach.
     """
     memory.centre, memory.stiffness, memory.gain, memory.least = centre, stiffness, gain, least
     memory.inwards = 0.0
@@ -167,10 +168,10 @@ def keep_clear(memory: Any, centre: float, stiffness: float, gain: float, least:
 def limit_jumps(memory: Any, longest: float, contracting: bool, peak: float = 0.0) -> None:
     """Limit jumps to `longest` in units of the scaled position, 0 for none, inf for any.
 
-    With a finite limit, for a slow process that a jump would outrun, the components that a jump
-    does not move must also stand still, unless the limit is out of reach. The caller may know that
-    the last application was `contracting`, that is, neighbouring motions did not separate; and the
-    `peak` of the components that a jump does not move during it, which must not change either.
+    A finite limit is for a slow process that a jump would outrun: the components that a jump does
+    not move must then stand still, unless the process is out of reach. `contracting` means that
+    neighbouring motions did not separate in the last application; `peak` is the largest value of
+    the other components in it, which must not change either.
     """
     memory.allowed, memory.inwards, memory.peak = longest, longest, peak
     memory.gain, memory.least, memory.repeating = np.inf, np.inf, 0
@@ -195,10 +196,10 @@ def _remember(memory: Any, z: Vector) -> None:
 
 @inline
 def _doubtful(memory: Any, cycle: int) -> bool:
-    """Tell whether jumps led to an orbit on which plain iteration might not end.
+    """Return whether jumps may have led to another orbit than plain iteration.
 
-    It must be of the kind that the jumps aimed at, and attract: a jump towards a symmetric orbit
-    can land on an unstable one, while the plain sequence ends on an asymmetric one.
+    The orbit must be of the kind at which the jumps aimed, and attract: a jump towards a symmetric
+    orbit can land on an unstable one, while the plain sequence ends on an asymmetric orbit.
     """
     attracting = abs(memory.ratios[cycle - 1]) < 1.0 or known_to_contract(memory)
     return not (memory.common % cycle == 0 and attracting)
@@ -208,17 +209,17 @@ def _doubtful(memory: Any, cycle: int) -> bool:
 def judge(
     memory: Any, z: Vector, tolerance: float, noise: float, budget: int
 ) -> tuple[int, float, float]:
-    """Return the verdict, and a jump (dx, dv), after an application that led to the state `z`.
+    """Return the verdict, and a jump (dx, dv), after an application that ended in the state `z`.
 
     `z` is scaled; `tolerance` is the required distance from the limit, `noise` the tolerance of the
-    integrator, `budget` the number of applications allowed.
+    integrator, `budget` the largest number of applications.
     """
     memory.applications += 1
     memory.newest += 1
     if memory.per_period == 2:
         memory.mirrored = 1 - memory.mirrored
     _remember(memory, z)
-    note_ratios(memory, noise)  # without jumps too: the last correction and the error use them
+    note_ratios(memory, noise)  # also without jumps, for the last correction and the error
     compare_landing(memory, noise)
     cycle = closing_cycle(memory, memory.newest, tolerance)
     memory.held = memory.held + 1 if cycle > 0 and cycle == memory.cycle else min(cycle, 1)
@@ -237,17 +238,17 @@ def judge(
     verdict, dx, dv = _proceed(memory, z, tolerance, noise)
     due = memory.applications >= min(_DUE_PERIODS * memory.per_period, budget // 2)
     late = due or memory.patience > 0
-    # Never in the mirror image: the amplitudes of single periods depend on where these begin.
+    # Not in the mirror image, because amplitudes of single periods depend on where these begin.
     in_sight = memory.mirrored > 0 or not wanders(memory, memory.newest, tolerance, noise, late)
     if verdict != GO_ON or in_sight:
         return verdict, dx, dv
-    # A failed jump may have led to a region in which the sequence wanders, unlike plain iteration.
+    # A failed jump may have led into a region where the sequence wanders, unlike plain iteration.
     return _undo(memory, _MOST_FAILURES) if memory.jumps > 0 else (WANDERING, 0.0, 0.0)
 
 
 @inline
 def _confirmed(memory: Any, cycle: int) -> bool:
-    """Tell whether a cycle was found closed often enough, at the finer tolerance."""
+    """Return whether a cycle was found closed often enough, at the finer tolerance."""
     whole = cycle % 2 == 1 or memory.mirrored == 0  # an asymmetric orbit, not its mirror image
     enough = max(_CONFIRMED_PERIODS * memory.per_period, cycle)
     return memory.held >= enough and memory.fineness > 0 and whole
@@ -270,7 +271,7 @@ def _undo(memory: Any, failures: int) -> tuple[int, float, float]:
 
 @jit
 def _proceed(memory: Any, z: Vector, tolerance: float, noise: float) -> tuple[int, float, float]:
-    """Jump, switch to the finer tolerance, or both, or simply go on."""
+    """Return the verdict to jump, to use a finer tolerance, to do both, or to continue."""
     newest = memory.newest
     if memory.jumps > 0 and newest < memory.aim:  # the last jump is not judged yet
         return GO_ON, 0.0, 0.0
@@ -294,7 +295,7 @@ def _proceed(memory: Any, z: Vector, tolerance: float, noise: float) -> tuple[in
 
 @inline
 def found(memory: Any) -> tuple[int, float]:
-    """Cycle of a settled orbit, in applications, and its contraction; 0 if not measured."""
+    """Return the cycle of a settled orbit, in applications, and its contraction, 0 if unknown."""
     cycle = memory.cycle
     ratio = memory.ratios[cycle - 1]
     return cycle, ratio if abs(ratio) < 1.0 else 0.0
@@ -302,11 +303,11 @@ def found(memory: Any) -> tuple[int, float]:
 
 @jit
 def last_correction(memory: Any) -> tuple[float, float]:
-    """The way (dx, dv) from the settled state to the limit of its sequence, as far as it is known.
+    """Return the way (dx, dv) from the settled state to the limit of its sequence.
 
-    It is shorter than the tolerance, but the remaining offset would enter the extrema of a
-    symmetric orbit to first order, because only half of it is measured. On a spiral the direction
-    is unknown: (0, 0).
+    It is shorter than the tolerance. But the remaining offset would enter the extrema of a
+    symmetric orbit to first order, because only half of the orbit is measured. On a spiral the
+    direction is unknown, and the way is (0, 0).
     """
     newest, (cycle, ratio) = memory.newest, found(memory)
     if memory.turning == cycle:

@@ -1,7 +1,7 @@
 """The middle of a spiral: the limit of a sequence that turns while it contracts.
 
-Two displacements and their images determine the map of both components, and the secant step to the
-limit is a Newton step with that map.
+Two displacements and their images determine the map of both components; the secant step to the
+limit is a Newton step with this map.
 """
 
 from __future__ import annotations
@@ -13,29 +13,29 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.periodic.convergence import displacement
 from stickslip.numerics.periodic.ratios import CLEARANCE, length_of, stands_out
 
-# The smallest angle between displacements, as a sine; how far, as a fraction, their map may miss
-# the newest displacement (relative to the way to the limit), and earlier ones.
+# The smallest angle between displacements, as a sine; and the largest error of their map, as a
+# fraction of the newest displacement (relative to the way to the limit), and of earlier ones.
 _LEAST_ANGLE = 0.05
 _MISSED, _MORE_OR_LESS = 0.3, 0.3
 
-# Before the first jump a spiral must have shrunk by this factor, or been followed for this many
-# applications: a film that freezes now and then moves on a spiral in between, which does not lead
-# to the limit.
+# Before the first jump a spiral must have shrunk by this factor, or lasted for this many
+# applications. A film that freezes now and then moves on spirals in between, which do not end at
+# the limit.
 _SHRUNK = 30.0
 _LONGEST_HELD = 64.0
 
-# After a jump it is the same spiral if it appears within this many of its lags.
+# A spiral that appears within this many of its lags after a jump is the same one.
 _SOON = 8
 
-# A sequence known to contract does so by at least this much.
+# The determinant of a sequence that is known to contract is no larger than this.
 _LARGEST_DETERMINANT = 1.0 - 1e-6
 
 
 @inline
 def held_for(memory: Any, lag: int, radius: float) -> int:
-    """Number of applications for which a spiral must be followed before a jump to its middle.
+    """Number of applications that a spiral must last before a jump to its middle.
 
-    It contracts by `radius` over `lag` applications.
+    The spiral contracts by `radius` over `lag` applications.
     """
     if memory.jumps > 0 and memory.newest <= _SOON * lag:
         return 4 * lag
@@ -47,10 +47,10 @@ def held_for(memory: Any, lag: int, radius: float) -> int:
 def middle_of_spiral(
     memory: Any, newest: int, lag: int, noise: float
 ) -> tuple[float, float, float]:
-    """The way (dx, dv) to the middle of a spiral, and its contraction, 0 if there is none.
+    """Return the way (dx, dv) to the middle of a spiral, and its contraction, 0 if there is none.
 
-    The map of displacements over `lag` applications follows from three of them, and all those of
-    `held_for` must confirm it. That it contracts must be known, or stand out from the noise.
+    Three displacements over `lag` applications determine their map, and all displacements in
+    `held_for` must confirm it. The contraction must be known, or clear of the noise.
     """
     a = displacement(memory, newest - 3 * lag, newest - 4 * lag)
     b = displacement(memory, newest - 2 * lag, newest - 3 * lag)

@@ -1,4 +1,4 @@
-"""Jumps towards the limit: worth their while, undone where they fail, never the wrong limit."""
+"""Jumps towards the limit save time, are undone if they fail, and never reach a wrong limit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NOISE = 1e-9
 
 
 def after(S: Map, applications: int, z: State = START, per_period: int = 2):
-    """What a search remembers after so many applications, without a judgement."""
+    """The memory of a search after some applications, without a verdict."""
     memory = new_memory(z, per_period)
     for n in range(1, applications + 1):
         z = S(z, 0.0)
@@ -25,7 +25,7 @@ def after(S: Map, applications: int, z: State = START, per_period: int = 2):
 
 
 def on_its_way(film: float = 0.1, w: float = LIMIT[2]):
-    """A search that displacements of one ratio lead along a line to the limit."""
+    """The memory of a search along a line to the limit, with a constant ratio."""
     return after(linear(-0.9, fast=0.0, film=film), 4, (0.9, 0.04, w))
 
 
@@ -37,7 +37,7 @@ def newest(memory) -> np.ndarray:
 
 
 @pytest.mark.parametrize("ratio", [-0.97, -0.5, 0.5, 0.9])
-def test_the_ratio_of_each_cycle_is_a_power_of_that_of_one_application(ratio: float) -> None:
+def test_the_ratio_of_a_cycle_is_a_power_of_the_ratio_of_one_application(ratio: float) -> None:
     memory = after(linear(ratio, fast=0.0), 12)
     for cycle in range(1, 6):
         assert memory["ratios"][cycle - 1] == pytest.approx(ratio**cycle, rel=1e-3)
@@ -79,13 +79,13 @@ def test_a_later_jump_goes_all_the_way() -> None:
     assert way == pytest.approx((LIMIT - newest(memory))[:2], rel=1e-6)
 
 
-def test_where_what_a_jump_does_not_move_still_moves_it_goes_half_the_way() -> None:
+def test_a_jump_goes_half_the_way_while_the_film_still_changes() -> None:
     memory = on_its_way(film=0.95, w=0.5)
     way = acceleration.jump(memory, TOL, NOISE)
     assert way == pytest.approx(0.5 * (LIMIT - newest(memory))[:2], rel=1e-6)
 
 
-def test_no_jump_leads_past_an_application_in_which_what_it_does_not_move_rises() -> None:
+def test_no_jump_skips_an_application_in_which_the_film_rises() -> None:
     memory = after(linear(-0.6, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
     memory["peaks"][:5] = 0.0, 0.0, 0.0, 0.0, 0.01
     assert acceleration.jump(memory, TOL, NOISE) == (0.0, 0.0)
@@ -105,7 +105,7 @@ def test_a_jump_is_no_longer_than_is_allowed() -> None:
 @pytest.mark.parametrize(
     ("film", "w", "longest"), [(0.1, LIMIT[2], 0.0), (0.95, 0.5, 10.0)], ids=["none", "limited"]
 )
-def test_no_jump_is_taken_where_none_is_allowed_or_what_a_limited_one_does_not_move_still_moves(
+def test_there_is_no_jump_if_forbidden_or_if_limited_while_the_film_still_changes(
     film: float, w: float, longest: float
 ) -> None:
     memory = on_its_way(film, w)
@@ -121,7 +121,7 @@ def turning(z: State, noise: float) -> State:
 
 
 def zigzag(z: State, noise: float) -> State:
-    """One ratio along x, its opposite along v: they shrink evenly, not along a line."""
+    """One ratio along x and its opposite along v: displacements shrink evenly, not along a line."""
     x, v = z[0] - LIMIT[0], z[1] - LIMIT[1]
     return LIMIT[0] + 0.8 * x, LIMIT[1] - 0.8 * v, LIMIT[2]
 
@@ -138,9 +138,7 @@ def zigzag(z: State, noise: float) -> State:
     ],
     ids=["turning", "zigzag", "fast", "slow", "growing", "short"],
 )
-def test_where_the_sequence_does_not_plainly_lead_to_a_limit_there_is_no_jump(
-    S: Map, applications: int
-) -> None:
+def test_there_is_no_jump_without_a_clear_limit(S: Map, applications: int) -> None:
     memory = after(S, applications, (0.9, 0.04, LIMIT[2]))
     assert acceleration.jump(memory, TOL, NOISE) == (0.0, 0.0)
     assert memory["jumps"] == 0
@@ -151,7 +149,7 @@ def test_a_jump_shorter_than_the_tolerance_is_not_worth_it() -> None:
     assert acceleration.jump(memory, 10.0, NOISE) == (0.0, 0.0)
 
 
-def test_a_jump_has_failed_where_the_next_displacement_is_no_shorter() -> None:
+def test_a_jump_has_failed_if_the_next_displacement_is_no_shorter() -> None:
     for moved, failed in ((0.1, False), (0.9, True), (math.nan, True)):
         memory = on_its_way()
         shift = abs(memory["states"][4, 0] - memory["states"][3, 0])
@@ -162,7 +160,7 @@ def test_a_jump_has_failed_where_the_next_displacement_is_no_shorter() -> None:
 
 
 @pytest.mark.parametrize(("film", "outran"), [(0.0005, False), (0.002, True), (math.nan, True)])
-def test_a_jump_outran_what_it_does_not_move_where_that_changes(film: float, outran: bool) -> None:
+def test_a_jump_outran_the_film_if_the_film_changes_after_it(film: float, outran: bool) -> None:
     memory = on_its_way()
     acceleration.jump(memory, TOL, NOISE)
     memory["newest"] = memory["aim"]
@@ -190,7 +188,7 @@ def test_a_jump_is_judged_before_the_next_one(aim: int, judged: bool) -> None:
     assert (verdict != search.GO_ON) == judged
 
 
-def test_the_ratio_between_two_landings_is_noted() -> None:
+def test_the_ratio_between_two_landings_is_stored() -> None:
     memory = on_its_way()
     acceleration.jump(memory, TOL, NOISE)
     memory["ratios"][0] = UNKNOWN
@@ -201,7 +199,7 @@ def test_the_ratio_between_two_landings_is_noted() -> None:
     assert memory["ratios"][0] == pytest.approx(-0.7, rel=1e-9)
 
 
-def test_a_sequence_nearly_repeats_where_a_hundred_tolerances_remain() -> None:
+def test_a_sequence_nearly_repeats_if_a_hundred_tolerances_remain() -> None:
     far, near = (after(linear(-0.9, fast=0.0), count) for count in (20, 160))
     assert not acceleration.nearly_repeats(far, 20, TOL)
     assert acceleration.nearly_repeats(near, 160, TOL)
@@ -233,7 +231,7 @@ def test_a_long_jump_is_not_risked() -> None:
 
 
 @pytest.mark.parametrize("film", [0.9, 0.97, -0.97])
-def test_where_the_film_is_the_slow_part_the_limit_is_the_same(film: float) -> None:
+def test_jumps_do_not_change_the_limit_of_a_slow_film(film: float) -> None:
     start = (0.9, -0.3, 0.5)
     plain, quick = (find(linear(-0.9, film=film), start, a) for a in (False, True))
     assert quick.cycle == plain.cycle == 1
@@ -245,7 +243,7 @@ X_AND_V_ALONE = pytest.mark.xfail(reason="only the contraction of x and v is mea
 
 
 @pytest.mark.parametrize("film", [pytest.param(0.9, marks=X_AND_V_ALONE), 0.97])
-def test_where_the_film_is_the_slow_part_it_comes_to_its_limit_too(film: float) -> None:
+def test_a_slow_film_reaches_its_own_limit_too(film: float) -> None:
     found = find(linear(-0.9, film=film), (0.9, -0.3, 0.5))
     assert found.z[2] == pytest.approx(LIMIT[2], abs=2 * TOL)
 

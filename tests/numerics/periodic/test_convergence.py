@@ -1,4 +1,4 @@
-"""Has a sequence reached its cycle: cycles of every length, slow convergence, noise."""
+"""Whether a sequence has reached its cycle: cycles of every length, slow convergence, noise."""
 
 import math
 
@@ -18,18 +18,16 @@ from stickslip.numerics.periodic.convergence import (
 
 
 class Judge:
-    """The judgement of sequences (n, 3) by what a search remembers, without its jumps."""
+    """Verdicts on sequences (n, 3), from the memory of a search without jumps."""
 
     def __init__(self, per_period: int) -> None:
         self._memory = new_memory((0.0, 0.0, 0.0), per_period, accelerate=False)
         self.longest_cycle = int(self._memory["longest_cycle"])
 
     def remembers(self, sequence: np.ndarray, newest: int):
-        """The memory after application `newest`, which has forgotten the oldest states."""
-        states, known = (
-            self._memory["states"],
-            np.arange(max(0, newest + 1 - REMEMBERED), newest + 1),
-        )
+        """The memory after application `newest`, without the oldest states."""
+        states = self._memory["states"]
+        known = np.arange(max(0, newest + 1 - REMEMBERED), newest + 1)
         states[:] = np.nan
         states[known % REMEMBERED] = sequence[known]
         return self._memory
@@ -41,7 +39,7 @@ class Judge:
         return closing_cycle(self.remembers(sequence, newest), newest, tolerance)
 
     def first_verdict(self, sequence: np.ndarray) -> tuple[int, int]:
-        """Application and cycle of the first two equal verdicts in a row."""
+        """The application and the cycle of the first two equal verdicts in a row."""
         memory, previous = self.remembers(sequence, 0), 0
         for newest in range(1, len(sequence)):
             memory["states"][newest % REMEMBERED] = sequence[newest]
@@ -105,7 +103,7 @@ def test_an_orbit_that_closes_after_n_applications_is_recognised_as_such(
     assert abs(sequence[newest] - orbit[newest % cycle]).max() <= TOL * 1.01
 
 
-def test_an_orbit_that_closes_after_more_than_eight_periods_is_not_recognised(judge: Judge) -> None:
+def test_a_cycle_beyond_the_longest_is_not_recognised(judge: Judge) -> None:
     cycle = judge.longest_cycle + 1
     orbit = np.random.default_rng(9).normal(size=(cycle, 3))
     assert judge.first_verdict(orbit[np.arange(1200) % cycle]) == (-1, 0)
@@ -118,7 +116,7 @@ def test_each_component_has_to_repeat(judge: Judge, component: int) -> None:
     assert judge.closes(sequence) == 0
 
 
-def test_a_cycle_whose_points_differ_by_less_than_is_distinct_is_a_fixed_point(
+def test_a_cycle_with_indistinct_points_is_a_fixed_point(
     judge: Judge,
 ) -> None:
     sequence = np.zeros((100, 3))
@@ -188,7 +186,7 @@ def test_the_remaining_distance_of_a_growing_sequence_is_infinite(judge: Judge) 
     assert judge.closes(sequence, 12, 100 * step) == 0
 
 
-def test_a_ratio_that_was_measured_says_how_much_remains(judge: Judge) -> None:
+def test_a_measured_ratio_gives_the_remaining_distance(judge: Judge) -> None:
     sequence = geometric(0.9, 200)
     memory, true = judge.remembers(sequence, 100), abs(sequence[100] - 0.3).max()
     memory["plain"], memory["ratios"][:] = 0, 0.99  # says ten times as much as the sequence does
@@ -215,7 +213,7 @@ def test_the_distance_is_the_largest_difference_and_nan_counts(judge: Judge) -> 
 
 
 def wandering(level: float, length: int = 400) -> np.ndarray:
-    """Jumps about the limit, at random, of so many tolerances."""
+    """Random jumps about the limit, of some tolerances."""
     return 0.3 + level * TOL * np.random.default_rng(5).uniform(-1.0, 1.0, (length, 3))
 
 

@@ -1,4 +1,4 @@
-"""The search for the orbit: what is found, how fast, and that jumps never change the answer."""
+"""The search for the orbit: its result and speed, and that jumps never change the result."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_spiral_is_followed_to_its_limit(find: Find) -> None:
 
 
 def spiral(ratio: float, angle: float, thickness: float) -> Callable[[State, float], State]:
-    """Turns about the limit on ellipses: displacements grow and shrink on their way down."""
+    """A map that turns about the limit on ellipses: displacements grow and shrink in turn."""
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     shape = np.diag([1.0, thickness])
     A = ratio * shape @ turn @ np.linalg.inv(shape)
@@ -111,7 +111,7 @@ def test_a_cycle_is_found_at_its_length(
     assert (found.verdict, found.cycle) == (search.SETTLED, length)
     assert np.abs(points - found.z).max(axis=1).min() <= 1.01 * TOL
     if length % 2 == 0 and per_period == 2:
-        # An orbit that is not symmetric is handed over as itself, not as its mirror image.
+        # An orbit that is not symmetric is found itself, not its mirror image.
         assert np.abs(points[::2] - found.z).max(axis=1).min() <= 1.01 * TOL
 
 
@@ -141,7 +141,7 @@ def test_a_late_search_recognises_cycles_of_up_to_128_periods(
     assert found.applications <= 4 * length * per_period
 
 
-def test_of_longer_cycles_a_late_search_has_a_verdict_too(find: Find, per_period: int) -> None:
+def test_a_late_search_has_a_verdict_on_longer_cycles_too(find: Find, per_period: int) -> None:
     S, points = cyclic(129 * per_period, 0.3)
     found = find(S, tuple(points[0].tolist()), late=True)
     assert found.verdict == search.WANDERING
@@ -154,10 +154,10 @@ def test_of_longer_cycles_a_late_search_has_a_verdict_too(find: Find, per_period
     [(0.7, 1e-7, 80), (math.pi, 1e-9, 12)],
     ids=["a spiral", "an alternation"],
 )
-def test_what_contracts_too_slowly_to_be_seen_is_followed_where_it_is_known_to(
+def test_a_contraction_below_the_noise_is_followed_if_it_is_known(
     per_period: int, angle: float, contraction: float, steps: int, contracting: bool
 ) -> None:
-    # Of so small a contraction the noise of 1e-6 lets nothing be seen.
+    # The noise of 1e-6 hides such a small contraction.
     memory, z = new_memory(START, per_period), np.array(START)
     c, s = math.cos(angle), math.sin(angle)
     turn = (1.0 - contraction) * np.array([[c, s], [-s, c]])
@@ -211,12 +211,12 @@ def test_chaos_wanders(find: Find, per_period: int, seed: int) -> None:
     ],
 )
 def test_a_slow_approach_does_not_wander(find: Find, ratio: float, level: float) -> None:
-    # It goes on to the budget rather than being taken for something that it is not.
+    # It continues to the budget and is not taken for another motion.
     found = find(noisy(linear(ratio), level, 5), accelerate=False, budget=3000)
     assert found.verdict in (search.SETTLED, search.EXHAUSTED)
 
 
-def test_a_sequence_that_alternates_for_ever_is_a_cycle_of_two(find: Find) -> None:
+def test_a_sequence_that_alternates_forever_is_a_cycle_of_two(find: Find) -> None:
     found = find(linear(-1.0), accelerate=False, budget=100)
     assert (found.verdict, found.cycle) == (search.SETTLED, 2)
 
@@ -232,7 +232,7 @@ def test_noise_neither_hides_nor_fakes_the_limit(
 ) -> None:
     found = find(noisy(linear(ratio), level, seed), budget=4000)
     assert (found.verdict, found.cycle) == (search.SETTLED, 1)
-    # The tolerance, and the noise that a slow map adds up, at a tenth of the first tolerance.
+    # The tolerance, and the accumulated noise of a slow map at a tenth of the first tolerance.
     assert np.abs(found.z - LIMIT)[:2].max() <= 3 * TOL + 0.1 * level * 1e-6 / (1 - abs(ratio))
 
 
@@ -255,7 +255,9 @@ def test_noise_on_an_unstable_symmetric_orbit_does_not_decide_between_the_arms(
     assert found.z[0] == pytest.approx(arm, abs=1e-4)
 
 
-def test_noise_that_does_not_fall_with_the_tolerance_is_not_pursued_for_ever(find: Find) -> None:
+def test_noise_that_does_not_fall_with_the_tolerance_ends_the_search(
+    find: Find,
+) -> None:
     rng = np.random.default_rng(2)
 
     def S(z: State, noise: float) -> State:
@@ -267,7 +269,7 @@ def test_noise_that_does_not_fall_with_the_tolerance_is_not_pursued_for_ever(fin
     assert (found.verdict, found.count(search.FINER)) == (search.WANDERING, 3)
 
 
-def test_the_tolerance_is_cut_three_times_at_most(find: Find) -> None:
+def test_the_tolerance_is_reduced_no_more_than_three_times(find: Find) -> None:
     found = find(noisy(linear(0.6), 1e5, 1), budget=2000)
     assert found.verdict == search.WANDERING  # so much noise looks like chaos
     assert found.count(search.FINER) <= 3 * (1 + found.count(search.RESTORE))
@@ -335,7 +337,7 @@ def test_memories_do_not_remember_an_earlier_search(per_period: int) -> None:
         z = z[0] + verdicts[0][1], z[1] + verdicts[0][2], z[2]
 
 
-def test_searches_side_by_side_do_not_feel_each_other(per_period: int) -> None:
+def test_parallel_searches_do_not_affect_each_other(per_period: int) -> None:
     memories = np.zeros(3, search.memory_of(3))
     for memory in memories:
         search.start(memory, START, per_period, True, True, False)
