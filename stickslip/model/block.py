@@ -1,7 +1,7 @@
 """The lower block between its springs: Eq. 3, and the energy of its motion.
 
-All forces on it except friction are declared here: a new one is a term of `own_force`, its two
-derivatives in `own_slopes`, and the power it dissipates in `own_loss`.
+All forces on the block except friction are here. A new one needs a term in `own_force`, its two
+derivatives in `own_slopes`, and its dissipated power in `own_loss`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from stickslip.parameters import Parameters
 
 @inline
 def own_force(p: Parameters, x: float, v: float) -> float:
-    """Force on the block other than friction [N]: that of the springs."""
+    """Force of the springs [N], the only one on the block except friction."""
     return -2.0 * p.spring_stiffness * x
 
 
@@ -24,16 +24,16 @@ def own_slopes(p: Parameters, x: float, v: float) -> tuple[float, float]:
 
 @inline
 def own_loss(p: Parameters, x: float, v: float) -> float:
-    """Power that the block dissipates other than by friction [W], at least 0."""
+    """Power that the block dissipates without friction [W], not negative."""
     return 0.0
 
 
 @inline
 def harmonic_force(p: Parameters, x: float, v: float) -> float:
-    """Friction force [N] at the frequency of the drive, by the motion of the block.
+    """Friction force [N] at the frequency of the drive, from the motion of the block.
 
-    M d2x/dt2 minus the other forces, Eq. 3, with -omega^2 x for d2x/dt2: over a closed orbit they
-    have the same first harmonic. It is as smooth as the motion, where F is not.
+    It is M d2x/dt2 minus the other forces (Eq. 3), with -omega^2 x in place of d2x/dt2. Over a
+    closed orbit both have the same first harmonic. It is as smooth as the motion, unlike F.
     """
     return -p.block_mass * (p.angular_frequency * p.angular_frequency) * x - own_force(p, x, v)
 

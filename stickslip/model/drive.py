@@ -1,8 +1,8 @@
-"""The motion of the upper block: a sum of tones, of which Eqs. 1 and 2 have one.
+"""The motion of the upper block: a sum of tones, of which the paper has one (Eqs. 1 and 2).
 
-Points with a single tone, those of the paper, have equations of their own (`UPPER`): further sines
-that are multiplied by 0 would cost time. A trajectory may have another motion: pulled at a velocity
-that is linear in pieces.
+Points with a single tone, as in the paper, use separate equations (`UPPER`), because further sines
+with amplitude 0 would cost time. In a trajectory the block may instead be pulled, at a velocity
+that is piecewise linear.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from stickslip.parameters import Parameters, ParameterValues
 
 
 class Tone(NamedTuple):
-    """A cosine of the drive, as `tone` makes it."""
+    """A cosine of the drive, made by `tone`."""
 
     harmonic: int
-    """Its frequency in units of the drive's."""
+    """The frequency, in units of omega."""
 
     part: str | None
-    """The parameter of its amplitude, over X_m and negative for the opposite phase. None for the
-    first tone, whose amplitude is X_m."""
+    """The parameter of the amplitude over X_m, negative for the opposite phase. None for the first
+    tone, whose amplitude is X_m."""
 
 
 def tone(harmonic: int, part: str | None = None) -> Tone:
-    """Return the tone of a harmonic; `part` is the parameter of its amplitude, over X_m.
+    """Return the tone of a harmonic; `part` is the parameter of its amplitude over X_m.
 
-    Raises ValueError for an even harmonic: the drive must change sign after half a period, since
+    Raises ValueError for an even harmonic. The drive must change sign after half a period, because
     the search for orbits and the lanes rely on that symmetry.
     """
     if harmonic % 2 == 0:
@@ -52,16 +52,16 @@ TONES: tuple[Tone, ...] = (
     tone(3, "third_harmonic"),
     tone(5, "fifth_harmonic"),
 )
-"""The tones of the drive, that of the paper first. A further one needs only its parameter in the
-registry, of unit 1 and 0 by default."""
+"""The tones of the drive, beginning with the paper's. Another tone needs only its parameter in the
+registry, with unit 1 and default 0."""
 
 HARMONIC_AMPLITUDES = tuple(tone.part for tone in TONES if tone.part)
-"""The parameters that are 0 where there is no other tone than the first."""
+"""The parameters that are 0 if the drive has a single tone."""
 
 _HARMONICS = tuple((Parameters._fields.index(t.part), float(t.harmonic)) for t in TONES if t.part)
 
 
-# Terms of a tone: functions of the parameters, its amplitude A [m] and its harmonic, and of t [s].
+# The terms of a tone, as functions of the parameters, its amplitude A [m] and harmonic, and t [s].
 
 
 @inline
@@ -142,11 +142,11 @@ class Upper(NamedTuple):
 
 
 TONES_OF: Mapping[str, tuple[Tone, ...]] = MappingProxyType({COSINE: TONES[:1], HARMONICS: TONES})
-"""The tones that a drive may have, by its name."""
+"""The tones of a periodic drive, by the name of the drive."""
 
 
 def upper_of(tones: tuple[Tone, ...]) -> Upper:
-    """Return the motion that is the sum of these tones."""
+    """Return the motion of the upper block as a sum of tones."""
     return Upper(*(_sum(term, tones) for term in (_displacement, _velocity, _acceleration, _jerk)))
 
 
@@ -155,10 +155,10 @@ _SECTION = ("section_begin", "begin_displacement", "begin_velocity", "pull_accel
 if TYPE_CHECKING:
 
     class PulledParameters(ParameterValues):
-        """Parameters, followed by those of a section of a pull.
+        """Parameters, followed by four numbers of a section of a pull.
 
-        The time [s] at which it begins, X [m] and V [m/s] there, and dV/dt [m/s2]. The largest
-        speed is that of the whole pull: |X_m| omega.
+        These are the time [s] at which the section begins, X [m] and V [m/s] at this time, and
+        dV/dt [m/s2]. |X_m| omega is the largest speed of the whole pull.
         """
 
         def __getattr__(self, name: str) -> float: ...
@@ -194,13 +194,13 @@ UPPER: Mapping[str, Upper] = MappingProxyType(
     {name: upper_of(tones) for name, tones in TONES_OF.items()}
     | {PULL: Upper(_pull_displacement, _pull_velocity, _pull_acceleration, _pull_jerk)}
 )
-"""The motions of the upper block by name, `options.Physics.drive`."""
+"""The motions of the upper block, by the names in `options.Physics.drive`."""
 
 upper_displacement, upper_velocity, upper_acceleration, upper_jerk = UPPER[HARMONICS]
-"""(p, t): those of any point."""
+"""(p, t): the motion of the upper block at any point."""
 
 
-# Bounds: the sums of these terms.
+# Terms of a tone in bounds, which are sums over the tones.
 
 
 @inline
@@ -238,23 +238,23 @@ def _full_force(p: Parameters, A: float, harmonic: float) -> float:
 largest_displacement, largest_speed, largest_acceleration = (
     _sum(term, TONES) for term in (_largest_displacement, _largest_speed, _largest_acceleration)
 )
-"""(p): upper bounds of the size of X [m], V [m/s] and dV/dt [m/s2]."""
+"""(p): upper bounds of |X| [m], |V| [m/s] and |dV/dt| [m/s2]."""
 
 acceleration_speed = _sum(_acceleration_speed, TONES)
-"""(p): the speed [m/s] that times omega is `largest_acceleration`."""
+"""(p): `largest_acceleration` over omega, a speed [m/s]."""
 
 half_way = _sum(_half_way, TONES)
-"""(p): upper bound of half the way of the upper block in half a period [m]."""
+"""(p): upper bound of half the distance that the upper block covers in half a period [m]."""
 
 full_force = _sum(_full_force, TONES)
-"""(p): force that moves springs or inertia with the drive [N], max(2K, M omega^2)|X_m|, summed over
-the tones. A locked block needs the difference of the two."""
+"""(p): the force that would move springs or inertia with the drive [N], max(2K, M omega^2)|X_m|,
+summed over the tones. A locked block needs the difference of the two."""
 
 
 def tone_amplitudes(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the frequencies (m,) of the tones, over omega, and the amplitudes (n, m) [m].
+    """Return the frequencies (m,) over omega and the amplitudes (n, m) [m] of the tones.
 
-    `points` (n, parameters).
+    `points` is an array (n, parameters).
     """
     p = ParameterValues(*points.T)
     amplitudes = [_amplitude_of(tone.part).py_func(p) for tone in TONES]
@@ -264,8 +264,8 @@ def tone_amplitudes(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
 def lengthened(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return points (n, parameters) with the unit of length in place of X_m.
 
-    That is X_m for a single tone, and with harmonics so long that the drive does not exceed the
-    unit of speed. Points without harmonics come back as they are.
+    The unit is X_m for a single tone. With harmonics it is longer, so that the drive does not
+    exceed the unit of speed. Points without harmonics are returned unchanged.
     """
     places = [place for place, _ in _HARMONICS]
     if not np.any(points[:, places]):

@@ -1,10 +1,10 @@
 """The lubricant film: free energy, elasticity and kinetics (Eqs. 12-15, 25, 26).
 
-The terms of the free energy are declared with their coefficients in `variables.py`: those of the
-paper, -b/3 phi^3 + c/4 phi^4; those that let a soft solid exist beside a hard one, -d/5 phi^5 +
-e/6 phi^6; and any added there. The paper's are written out here; the sums of all others follow from
-their declarations, and the compiler drops them where the coefficients are 0. `solids.py` finds the
-phases.
+`variables.py` declares the terms of the free energy with their coefficients: the paper's,
+-b/3 phi^3 + c/4 phi^4, two that allow a soft and a hard solid, -d/5 phi^5 + e/6 phi^6, and any
+further terms that are added there. The paper's terms are written out here. The sums of all others
+are generated from the declarations; the compiler removes them where the coefficients are 0.
+`solids.py` finds the phases.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HIGHEST_POWER = max(term.phi_power for term in _TERMS)
 """The highest power of phi in the force on ln(phi)."""
 
 HIGHER_COEFFICIENTS = tuple(term.name for term in _OTHERS)
-"""The coefficients of the terms that the paper, and most films, do not have."""
+"""The coefficients of terms beyond the paper's, which most films do not have."""
 
 
 def _place(term: ParameterVariable) -> int:
@@ -33,14 +33,14 @@ def _place(term: ParameterVariable) -> int:
 
 
 RESTORING = tuple((_place(t), t.phi_power) for t in _OTHERS if t.phi_sign > 0)
-"""The other terms that bound the order parameter: index in `Parameters`, power."""
+"""The terms beyond the paper's that bound the order parameter: index in `Parameters`, power."""
 
 
 def _sum_of_others(name: str, weight: Callable[[int], float]) -> Any:
-    """Return the inline function (p, phi) of the sum of the other terms, by Horner's scheme.
+    """Return the inline function (p, phi) of the sum of all terms beyond the paper's.
 
-    Each term is the product of its sign, the `weight` of its power in the force on ln(phi), its
-    coefficient and this power of phi.
+    The sum uses Horner's scheme. Each term is the product of its sign, the `weight` of its power in
+    the force on ln(phi), its coefficient and this power of phi.
     """
     total = "0.0"
     for power in range(HIGHEST_POWER, 0, -1):
@@ -64,13 +64,13 @@ _SIGNS = tuple(float(term.phi_sign) for term in _TERMS)
 
 @inline
 def has_higher_terms(p: Parameters) -> bool:
-    """Tell whether the free energy has terms that the paper does not."""
+    """Return whether the free energy has terms beyond the paper's."""
     return _has_others(p)
 
 
 @inline
 def balance_coefficient(p: Parameters, power: int) -> float:
-    """Coefficient of this power of phi in the B under which a film is stationary [J/m3]."""
+    """Coefficient of a power of phi in the B of a stationary film [J/m3]."""
     total = 0.0
     for i in range(len(_PLACES)):
         total -= _SIGNS[i] * p[_PLACES[i]] if _POWERS[i] == power else 0.0
@@ -113,10 +113,7 @@ def melting_function(p: Parameters, eps: float) -> float:
 
 @inline
 def log_force(p: Parameters, phi: float, B: float) -> float:
-    """(df/dphi)/phi = B - b phi + c phi^2 and the other terms [J/m3]: the force on ln(phi).
-
-    Eqs. 12 and 26.
-    """
+    """Force on ln(phi) [J/m3], Eqs. 12 and 26: (df/dphi)/phi = B - b phi + c phi^2 + ..."""
     low = B - p.cubic_coefficient * phi + p.quartic_coefficient * (phi * phi)
     return low + _force_of_others(p, phi) if has_higher_terms(p) else low
 

@@ -1,7 +1,7 @@
 """The friction between the blocks: strain, strain rate and force (Eqs. 4, 5, 8, 10, 24).
 
-Everywhere `u` is the relative velocity V - v of the blocks. The viscous stress has laws of its own
-(`model/laws/`).
+`u` is always the relative velocity V - v of the blocks. `model/laws/` has the laws of the viscous
+stress.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The models: the declaration of each, and the one place where a model is chosen.
+"""The models, and the only place where a model is chosen.
 
-A model is composed of parts: a law of friction, a strain that follows or relaxes, and the typical
-path of the noise or stochastic noise. The code that integrates, searches, measures or writes asks a
-`Model` for its components, equations, units and start, and never looks at the choices themselves.
+A model is composed of a friction law, a strain that follows or relaxes, the typical path of the
+noise or stochastic noise, and a motion of the upper block. Code that integrates, searches, measures
+or writes takes components, equations, units and start from a `Model`, and ignores these choices.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ _STRAINS: Mapping[str, StrainModel] = {
 
 
 class Model(NamedTuple):
-    """The declaration of a model; functions are inline and take parameters `p` in any units."""
+    """A model; its functions are inline and take parameters `p` in any units."""
 
     physics: Physics
-    """The choices of its parts."""
+    """The choices of the parts."""
 
     components: tuple[Component, ...]
-    """Its state variables, in the order of the state."""
+    """The state variables, in the order of the state."""
 
     equations: Equations
 
     scaling: Scaling
-    """Its nondimensional form."""
+    """The nondimensional form."""
 
     write_reduced: Callable[[Parameters, np.ndarray], None]
-    """(p, row): write the parameters in the point's own units, `scaling.Reduced`, into a row."""
+    """(p, row): write the parameters in the units of the point, `scaling.Reduced`, into a row."""
 
     start: Callable[[Parameters], State]
     """(p): the state (x, v, ln(phi), ...) in which a motion begins."""
 
     state_units: Callable[[Units], State]
-    """(units): the unit of each component, from `scaling.Units`."""
+    """(units): the units of the components, from `scaling.Units`."""
 
     @property
     def width(self) -> int:
@@ -57,14 +57,14 @@ class Model(NamedTuple):
         return len(self.components)
 
     def values(self, index: float | None, *, higher: bool) -> Callable[..., ParameterValues]:
-        """Return the inline function that turns reduced parameters into those of the equations."""
+        """Return the inline function from reduced parameters to the parameters of the equations."""
         one_tone = self.physics.drive == COSINE
         return scaling.model_values(index, higher=higher, one_tone=one_tone, scaling=self.scaling)
 
 
 @cache
 def model_of(physics: Physics) -> Model:
-    """Return the model composed of these choices."""
+    """Return the model that combines these choices."""
     law, strain = friction_law(physics.friction), _STRAINS[physics.strain]
     upper = drive.UPPER[physics.drive]
     path = noise.no_path if physics.chance else noise.typical_path

@@ -1,12 +1,12 @@
 """The weak additive noise of Eq. 26 and its typical path.
 
 The noise is dphi = ... + sqrt(2 D) dW, reflected at phi = 0. While phi is small its dynamics are
-linear and Gaussian, and the geometric mean of |phi| follows a smooth equation: the deterministic
+linear and Gaussian. The geometric mean of |phi| then follows a smooth equation, the deterministic
 one plus D_eff/phi with D_eff = D exp(E ln chi^2_1). This closure keeps phi positive, needs no
 random number and vanishes in the solid (docs/equations.md).
 
-Where the noise is stochastic, `no_path` takes the place of the typical path, and every step gets a
-random number (`chance.py`).
+For stochastic noise `no_path` replaces the typical path, and every step draws a random number
+(`chance.py`).
 """
 
 from __future__ import annotations
@@ -20,24 +20,25 @@ from stickslip.parameters import Parameters
 # exp(E ln chi^2_1) = exp(-Euler's constant)/2.
 TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)
 
-# A film freezes at each stop if it could do so this many times in half a drive period.
+# A film freezes at each stop if half a drive period is long enough for this many freezings.
 _AT_ONCE = 3.0
 
-# A limit without freezing on the way to it is certain if no more than this part of the growth that
-# a film needs is possible there; the noise itself is worth another two e-folds of it. A strain that
-# passes through zero spends less than this many times its swing in a passage as if it were linear.
+# A film certainly does not freeze on the way to a limit if its possible growth is at most the first
+# fraction of the growth that it needs. The second number is a head start in e-folds, for the noise
+# itself. The third allows for the arc of the strain: a passage through zero takes less than this
+# many times as long as at the largest rate.
 _CERTAIN, _HEAD_START, _ARC = 0.9, 2.0, 1.1
 
-# Between passages the strain must rise far above the critical one: growth must not add up.
+# Between passages the strain must rise this far above the critical one, or growth would add up.
 _FEWEST = 1.5
 
 # An order parameter below this multiple of the noise level counts as being at that level.
 _NEAR = 3.0
 
-# A barrier of this many D is overcome in one case in 1e17.
+# Noise overcomes a barrier of this many D in one case in 1e17.
 _BEYOND_CHANCE = 40.0
 
-# Floor of a divisor, so that 0/0 cannot arise without noise.
+# Floor of a divisor, which avoids 0/0 without noise.
 _SMALLEST = 1e-300
 
 
@@ -49,13 +50,13 @@ def effective_intensity(p: Parameters) -> float:
 
 @inline
 def typical_path(p: Parameters, inverse_phi: float) -> float:
-    """Contribution of the noise to the rate of ln(phi) [1/s]: D_eff/phi^2, given 1/phi."""
+    """Contribution of the noise to the rate of ln(phi) [1/s]: D_eff/phi^2."""
     return effective_intensity(p) * (inverse_phi * inverse_phi)
 
 
 @inline
 def no_path(p: Parameters, inverse_phi: float) -> float:
-    """Contribution of stochastic noise to d ln(phi)/dt [1/s]: zero, as its steps are random."""
+    """Contribution of stochastic noise to the rate of ln(phi) [1/s]: 0, as its steps are random."""
     return 0.0
 
 
@@ -63,8 +64,8 @@ def no_path(p: Parameters, inverse_phi: float) -> float:
 def typical_kick(p: Parameters, phi: float, dt: float) -> float:
     """Contribution of the noise to phi in a fixed step `dt`: D_eff dt/phi.
 
-    Below phi = sqrt(D_eff dt), the noise of a single step, the closure has no meaning; the kick is
-    limited to that size there, because 1/phi would make an explicit step overshoot.
+    Below phi = sqrt(D_eff dt), the noise of a single step, the closure is meaningless. There the
+    kick is limited to this size, because 1/phi would make an explicit step overshoot.
     """
     gained = effective_intensity(p) * dt
     return gained / max(phi, max(math.sqrt(gained), _SMALLEST))
@@ -78,7 +79,7 @@ def random_kick(p: Parameters, dt: float, xi: float) -> float:
 
 @inline
 def starting_order_parameter(p: Parameters) -> float:
-    """Order parameter at the start: phi_0, or at least the level that the noise alone maintains."""
+    """Order parameter at the start: phi_0, or the level of the noise if that is higher."""
     return max(p.initial_order_parameter, level(p))
 
 
@@ -86,8 +87,8 @@ def starting_order_parameter(p: Parameters) -> float:
 def level(p: Parameters) -> float:
     """Order parameter that the noise alone maintains in a liquid film at rest.
 
-    It balances D_eff/phi with the linear, the quadratic, the cubic or a restoring higher term of
-    Eq. 26, whichever limits it first; terms with a vanishing coefficient impose no limit.
+    There D_eff/phi balances the linear, the quadratic, the cubic or a restoring higher term of
+    Eq. 26, whichever sets the lowest level. A term whose coefficient is 0 sets none.
     """
     D_eff, b, delta = effective_intensity(p), p.cubic_coefficient, p.kinetic_coefficient
     balanced = math.inf
@@ -108,11 +109,11 @@ def level(p: Parameters) -> float:
 
 @inline
 def freezes_late(p: Parameters) -> bool:
-    """Tell whether a liquid film may freeze only after many periods, or never.
+    """Return whether a liquid film may freeze only after many periods, or never.
 
-    Below T_c the noise freezes it in the end, but not within a fraction of half a drive period, so
-    the outcome depends on the motion over many periods. A film that freezes at each stop, or never
-    again above T_c, has no such history.
+    Below T_c the noise freezes such a film in the end, but not within a fraction of half a drive
+    period, so that the outcome depends on the motion over many periods. It does not in a film that
+    freezes at each stop, or in one above T_c, which never freezes again.
     """
     growth = -film.heating(p) * p.kinetic_coefficient
     foldings = growth * math.pi / p.angular_frequency
@@ -122,13 +123,13 @@ def freezes_late(p: Parameters) -> bool:
 
 @inline
 def clearance(p: Parameters, critical: float) -> tuple[float, float]:
-    """(gain, least): where a liquid film cannot freeze on its way to a limit [1, m/s].
+    """Bounds (gain, least) [1, m/s] for a film that cannot freeze on its way to a liquid limit.
 
-    Liquid motions approach one another: if an offset from the limit has the speed rho, u stays
-    within rho of the limit's u for ever. In a passage of that through zero, with the amplitude U,
-    the strain is below the critical one, at the speed `critical` [m/s], for no longer than
-    2 (critical + rho)/U omega, and ln(phi) grows by no more than (4/3 critical + 2 rho)/U omega
-    times its rate at rest. For U > gain rho + least that is too little to freeze, if the friction
+    Liquid motions approach one another: if the offset from the limit has the speed rho, u stays
+    within rho of the u of the limit forever. When the latter, of amplitude U, passes through zero,
+    the strain is below the critical one, reached at the speed `critical` [m/s], for no longer than
+    2 (critical + rho)/U omega. ln(phi) grows by no more than (4/3 critical + 2 rho)/U omega times
+    its rate at rest. If U > gain rho + least, this is too little to freeze, as long as the friction
     does not matter (docs/decisions/late-freezing.md).
     """
     growth = -film.heating(p) * p.kinetic_coefficient / p.angular_frequency
@@ -142,9 +143,10 @@ def clearance(p: Parameters, critical: float) -> tuple[float, float]:
 
 @inline
 def may_reach(p: Parameters, phi: float, bound: float) -> bool:
-    """Tell whether random noise may lift the order parameter from `bound` to `phi` above it.
+    """Return whether random noise may lift the order parameter from `bound` to `phi` above it.
 
-    The probability is proportional to exp(-delta f/D), with f of the unstrained, softest film.
+    The probability is proportional to exp(-delta f/D), with f of the unstrained film, which is the
+    softest.
     """
     barrier = film.free_energy(p, phi, 0.0) - film.free_energy(p, bound, 0.0)
     return p.kinetic_coefficient * barrier <= _BEYOND_CHANCE * p.noise_intensity
@@ -152,5 +154,5 @@ def may_reach(p: Parameters, phi: float, bound: float) -> bool:
 
 @inline
 def in_between(p: Parameters, phi: float) -> bool:
-    """Tell whether a film is neither solid nor at the noise level, so that it may be freezing."""
+    """Return whether a film is neither solid nor at the noise level, so that it may be freezing."""
     return _NEAR * level(p) <= phi < solids.solid_threshold(p)

@@ -1,7 +1,7 @@
-"""The equations of motion where the elastic strain relaxes: Eq. 23 as a fourth variable.
+"""The equations of motion with a relaxing elastic strain, a fourth variable (Eq. 23).
 
 tau eps' = -eps + (V - v) tau/h. The film then stores the elastic energy A h a phi^2 eps^2/2 and can
-return part of it to the blocks; in the adiabatic limit (Eq. 24) all of it is lost.
+return part of it to the blocks; in the adiabatic limit (Eq. 24) it loses all of it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ STRAIN = Component("elastic_strain", "strain", mirror=-1.0, weight=1.0, floor=-m
 
 @inline
 def _units_of(p: Parameters) -> Units:
-    """The units of `scaling.units_of`, except that strain and slope are 1 at the drive's speed."""
+    """Return the units: as `scaling.units_of`, but strain and slope are 1 at the drive's speed."""
     time = 1.0 / p.angular_frequency
     strain = p.drive_amplitude / time / p.film_thickness * p.strain_relaxation_time
     thickness = p.film_thickness / (p.strain_relaxation_time / time)
@@ -59,7 +59,7 @@ def strain_relaxation(p: Parameters, u: float, eps: float) -> float:
 
 @inline
 def starting_state_with_strain(p: Parameters) -> State:
-    """The start (x_0, v_0, ln(phi), eps), with the strain of the adiabatic limit."""
+    """Return the start (x_0, v_0, ln(phi), eps), with the strain of the adiabatic limit."""
     x, v, psi = starting_state(p)
     return x, v, psi, friction.elastic_strain(p, relative_velocity(p, 0.0, v))
 
@@ -86,7 +86,7 @@ def _strain_amplitude(p: Parameters, u: float) -> float:
 
 
 def _make_psi_rate(path: Callable[..., float]) -> Any:
-    """Return the rate of ln(phi) [1/s] of (p, psi, eps); `path` as of `StrainModel`."""
+    """Return the rate of ln(phi) [1/s] as function (p, psi, eps); `path` as in `StrainModel`."""
 
     @inline
     def psi_rate(p: Parameters, psi: float, eps: float) -> float:
@@ -106,7 +106,7 @@ def stored_energy(p: Parameters, y: State) -> float:
 
 
 def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
-    """Return the equations of motion of (x, u, psi, eps); arguments as of `StrainModel`."""
+    """Return the equations of motion of (x, u, psi, eps); arguments as in `StrainModel`."""
     rounded, rate_of_psi = law.rounded, _make_psi_rate(path)
     weight_of_others, relative = make_error_weight(law, _strain), relative_motion(upper)
     upper_velocity, upper_acceleration = upper.velocity, upper.acceleration
@@ -116,7 +116,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Uppe
     def power(p: Parameters, V: float, y: State, F: float) -> float:
         x, u, psi, eps = y
         elastic = film.elastic_stress(p, exponentials(psi)[0], eps) * p.contact_area
-        # The stored energy is lost where the strain relaxes and where the film melts under it.
+        # The stored energy is lost when the strain relaxes and when the strained film melts.
         lost = 1.0 / p.strain_relaxation_time - rate_of_psi(p, psi, eps)
         gained = F * V - (F - elastic) * u - block.own_loss(p, x, V - u)
         return gained - 2.0 * stored_energy(p, y) * lost
@@ -171,8 +171,8 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Uppe
         p: Parameters, rtol: float, y: State, y1: State, J: tuple[State, ...]
     ) -> State:
         x_weight, u_weight, psi_weight = weight_of_others(p, rtol, y, y1, J)
-        # An error of the strain counts like that of the velocity to which it relaxes, both by
-        # itself and by its force.
+        # An error of the strain counts like one of the velocity to which it relaxes, both directly
+        # and through the force.
         strain = drive.largest_speed(p) * friction.strain_slope(p)
         force = force_weight(p, strain * (-J[1][3] * p.block_mass))
         return x_weight, u_weight, psi_weight, (1.0 + force) / strain

@@ -1,10 +1,10 @@
 """The equations of motion: Eq. 3 with x' = v, and Eq. 26 for ln(phi).
 
-The integrated variables are (x, u, psi), followed by the elastic strain where it relaxes
-(`relaxing.py`). With the relative velocity u = V - v as the unknown, the slip of a locked block,
-parts in 1e5 of the drive, is known to within the tolerance, and so is the steep friction force.
-psi = ln(phi) neither underflows nor changes sign, and grows linearly in time while the film is
-liquid.
+The integrated variables are (x, u, psi), followed by the elastic strain if that relaxes
+(`relaxing.py`). The slip of a locked block is parts in 1e5 of the drive. Because the relative
+velocity u = V - v is the unknown, this slip, and with it the steep friction force, is accurate to
+the tolerance. psi = ln(phi) neither underflows nor changes sign, and is linear in time while the
+film is liquid.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from stickslip.parameters import Parameters
 
 
 class RelativeMotion(NamedTuple):
-    """The relative motion of the blocks under a motion of the upper one, as inline functions."""
+    """The relative motion of the blocks, as inline functions."""
 
     velocity: Callable[..., float]
     """(p, t, v): relative velocity u = V - v [m/s]."""
@@ -42,7 +42,7 @@ class RelativeMotion(NamedTuple):
 
 @cache
 def relative_motion(upper: Upper) -> RelativeMotion:
-    """Return the relative motion under this motion of the upper block."""
+    """Return the relative motion for a motion of the upper block."""
     upper_velocity, upper_acceleration, upper_jerk = upper.velocity, upper.acceleration, upper.jerk
 
     @inline
@@ -85,23 +85,23 @@ def block_power(p: Parameters, V: float, y: State, F: float) -> float:
 
 @inline
 def loss(p: Parameters, V: float, y: State, F: float) -> float:
-    """Power [W] of the drive under a friction force F [N] but for what the block gains.
+    """Power [W] of the drive minus the power that the block gains, under a friction force F [N].
 
-    F (V - v) and the loss of the block itself: no difference of large numbers.
+    It is F (V - v) plus the loss of the block, which avoids a difference of large numbers.
     """
     return F * y[1] + block.own_loss(p, y[0], V - y[1])
 
 
 @inline
 def starting_state(p: Parameters) -> State:
-    """The start (x_0, v_0, ln(phi)), with phi_0 raised to at least the noise level."""
+    """Return the start (x_0, v_0, ln(phi)), with phi_0 raised to the noise level if below it."""
     phi = noise.starting_order_parameter(p)
     return p.initial_displacement, p.initial_velocity, math.log(phi)
 
 
 @inline
 def stress_and_force(p: Parameters, phi: float, eps: float, sigma_v: float) -> tuple[float, float]:
-    """Elastic stress [Pa] (Eq. 13) and friction force [N] (Eq. 10) of a film under a strain.
+    """Elastic stress [Pa] (Eq. 13) and friction force [N] (Eq. 10) of a strained film.
 
     `sigma_v` is the viscous stress [Pa].
     """
@@ -111,7 +111,7 @@ def stress_and_force(p: Parameters, phi: float, eps: float, sigma_v: float) -> t
 
 @inline
 def viscous_rate(rounded: tuple[float, float, float], u_rate: float, psi_rate: float) -> float:
-    """Rate of the viscous stress [Pa/s] along a motion; `rounded` as returned by the law."""
+    """Rate of the viscous stress [Pa/s] along a motion; `rounded` is the result of the law."""
     _, over_u, over_psi = rounded
     # A law without phi skips the second term, which would be 0 times inf for a diverging film.
     return over_u * u_rate + over_psi * psi_rate if over_psi != 0.0 else over_u * u_rate
@@ -129,8 +129,8 @@ class Equations(NamedTuple):
     """The motion of the upper block."""
 
     exact: Callable[..., tuple[float, float]]
-    """(p, u, phi): elastic stress [Pa] and friction force [N] in the adiabatic limit, without
-    rounding of a cusp of the law."""
+    """(p, u, phi): elastic stress [Pa] and friction force [N] in the adiabatic limit, with the
+    exact law, whose cusp is not rounded."""
 
     relative_state: Callable[..., State]
     """(p, t, y): (x, V - v, ...) of (x, v, ...) at phase time t [s]; its own inverse."""
@@ -139,10 +139,10 @@ class Equations(NamedTuple):
     """(p, y): the elastic strain."""
 
     strain_amplitude: Callable[..., float]
-    """(p, u): that of the elastic strain under a relative velocity of this amplitude at omega."""
+    """(p, u): amplitude of the elastic strain under a relative velocity of amplitude u at omega."""
 
     rhs: Callable[..., State]
-    """(p, t, y, u_s): rates of y [m/s, m/s2, 1/s, 1/s] at phase time t [s]; with u_s > 0 a cusp of
+    """(p, t, y, u_s): rates of y [m/s, m/s2, 1/s, 1/s] at phase time t [s]. With u_s > 0 a cusp of
     the law is rounded for |u| < u_s [m/s]."""
 
     jacobian: Callable[..., tuple[State, ...]]
@@ -152,8 +152,8 @@ class Equations(NamedTuple):
     """(p, y, phi, u_s): elastic stress [Pa] and friction force [N] of y, given phi = exp(psi)."""
 
     observables_and_rates: Callable[..., tuple[float, float, float, float]]
-    """(p, t, y, u_s): elastic stress [Pa], friction force [N] and their rates along the motion.
-    From Eqs. 10 and 13 with phi' = phi psi': where a rate changes sign, there is an extremum."""
+    """(p, t, y, u_s): elastic stress [Pa], friction force [N] and their rates along the motion,
+    from Eqs. 10 and 13 with phi' = phi psi'. An extremum is where a rate changes sign."""
 
     power: Callable[..., float]
     """(p, V, y, F): the power [W] of the drive at the velocity V [m/s] of the upper block and the
@@ -161,20 +161,20 @@ class Equations(NamedTuple):
     this is the power that the block gains."""
 
     loss: Callable[..., float]
-    """(p, V, y, F): the power [W] F V of the drive minus that which the block gains, written as
-    F (V - v) plus the loss of the block itself, so that no large numbers cancel."""
+    """(p, V, y, F): the power F V [W] of the drive minus that which the block gains, computed as
+    F (V - v) plus the loss of the block, so that no large numbers cancel."""
 
     stored_energy: Callable[..., float] | None
-    """(p, y): the energy [J] stored in the film; None if it stores none."""
+    """(p, y): the elastic energy of the film [J]; None if it stores none."""
 
     error_weight: Callable[..., State]
-    """(p, rtol, y, y1, J): the weights [1/m, s/m, 1, 1] of errors in a step from y to y1, at a
-    relative tolerance; J as returned by `jacobian`."""
+    """(p, rtol, y, y1, J): the weights [1/m, s/m, 1, 1] of the errors of a step from y to y1 at a
+    relative tolerance; J is the result of `jacobian`."""
 
     step_limits: Callable[..., tuple[float, float]]
-    """(p, solid, y0, f0, y1, f1, h): the largest part of a step from y0 to y1 that may be taken,
-    and the longest step after it [s]; f0 and f1 are the rates at its ends, and a film is solid from
-    the order parameter `solid` on."""
+    """(p, solid, y0, f0, y1, f1, h): the largest allowed part of a step from y0 to y1, and the
+    longest step after it [s]. f0 and f1 are the rates at the ends; from the order parameter `solid`
+    on the film is solid."""
 
 
 class StrainModel(NamedTuple):
@@ -184,8 +184,8 @@ class StrainModel(NamedTuple):
     """The state variables, in their order."""
 
     make_equations: Callable[..., Equations]
-    """(law, path, upper): the equations of motion under a law; `path` is the noise term of psi',
-    `upper` the motion of the upper block."""
+    """(law, path, upper): the equations of motion with a friction law; `path` is the noise term of
+    psi', `upper` the motion of the upper block."""
 
     scaling: Scaling
     """The nondimensional form."""
@@ -230,7 +230,7 @@ def make_exact(law: FrictionLaw) -> Any:
 
 
 def make_error_weight(law: FrictionLaw, strain: Callable[..., float]) -> Any:
-    """Return `Equations.error_weight` of (x, u, psi) for a law and a strain of (p, y)."""
+    """Return `Equations.error_weight` of (x, u, psi) for a law, and a strain as function (p, y)."""
     has_cusp = law.has_cusp
 
     @inline
@@ -239,7 +239,7 @@ def make_error_weight(law: FrictionLaw, strain: Callable[..., float]) -> Any:
     ) -> State:
         V_m = drive.largest_speed(p)
         force = force_weight(p, V_m * (-J[1][1] * p.block_mass))
-        if has_cusp(p):  # the slope of the rounded cusp grows with the tolerance
+        if has_cusp(p):  # the slope of a rounded cusp depends on the tolerance
             force = LARGEST_AT_CUSP if force > LARGEST_AT_CUSP else force
         film = film_weight(p, rtol, y[2], strain(p, y), strain(p, y1))
         return 1.0 / drive.largest_displacement(p), (1.0 + force) / V_m, film
@@ -248,7 +248,7 @@ def make_error_weight(law: FrictionLaw, strain: Callable[..., float]) -> Any:
 
 
 def make_step_limits(strain: Callable[..., float], strain_rate: Callable[..., float]) -> Any:
-    """Return `Equations.step_limits` for a strain of (p, y) and its rate of (p, f)."""
+    """Return `Equations.step_limits` for a strain as function (p, y), and its rate (p, f)."""
 
     @inline
     def step_limits(
@@ -262,7 +262,7 @@ def make_step_limits(strain: Callable[..., float], strain_rate: Callable[..., fl
 
 
 def adiabatic_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
-    """Return the equations of motion of (x, u, psi); arguments as of `StrainModel`."""
+    """Return the equations of motion of (x, u, psi); arguments as in `StrainModel`."""
     rounded, relative = law.rounded, relative_motion(upper)
     upper_velocity, upper_acceleration = upper.velocity, upper.acceleration
     relative_acceleration, acceleration_slopes = relative.acceleration, relative.acceleration_slopes
@@ -329,7 +329,7 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float], upper: Upp
         loss=loss,
         stored_energy=None,
         error_weight=make_error_weight(law, _strain),
-        # The strain is a multiple of u, and so is its rate of that of u.
+        # The strain is a multiple of u, and its rate the same multiple of the rate of u.
         step_limits=make_step_limits(_strain, _strain),
     )
 

@@ -1,15 +1,15 @@
 """The nondimensional model: time 1/omega, length |X_m|, mass M, energy density omega/delta.
 
-The equations keep their form when their units are scaled (docs/equations.md). These units turn X_m,
-omega, M, delta and, with an adiabatic strain, h into 1. That leaves few parameters, no division by
-a parameter, and a state whose components are those that tolerances refer to. A drive with X_m < 0
-is the mirror image of its positive twin.
+The equations keep their form in other units (docs/equations.md). In these units X_m, omega, M,
+delta and, with an adiabatic strain, h are 1. That leaves few parameters and no division by a
+parameter, and tolerances apply to the components of the state directly. A drive with X_m < 0 is
+the mirror image of the one with -X_m.
 
-With harmonics the length is longer than |X_m| (`drive.lengthened`), so that the drive is no faster
-than the unit of speed, to which errors and distances refer.
+With harmonics the unit of length exceeds |X_m| (`drive.lengthened`), so that the drive stays within
+the unit of speed, to which errors and distances refer.
 
-A parameter is scaled by its unit in the registry. A method that needs other units, as Euler-Cromer
-in lanes does, makes `Units` of its own and uses everything else here as well.
+The unit of a parameter in the registry determines its scaling. A method that needs other units, as
+Euler-Cromer in lanes does, makes its own `Units` and uses everything else here.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
 
 Literals = Mapping[str, float]
-"""Parameters that have the same value in the own units of every point. They are compiled as
-literals, so that the compiler removes operations that they make superfluous."""
+"""Parameters with the same value at every point, in the units of the point. As compiled literals
+they let the compiler remove superfluous operations."""
 
 LITERALS: Literals = {
     "angular_frequency": 1.0,
@@ -42,24 +42,24 @@ LITERALS: Literals = {
     "initial_order_parameter": 0.0,
     "thermal_coefficient": 0.5,  # 2 alpha is 1
 }
-"""The literals of every model in the units of `units_of`."""
+"""The literals of all models in the units of `units_of`."""
 
 HIGHEST = film.HIGHER_COEFFICIENTS
 """The coefficients of the free energy that are 0 for most films."""
 
 OF_HARMONICS = ("drive_amplitude", *drive.HARMONIC_AMPLITUDES)
-"""Those that only a drive with harmonics has: 1 and 0 for all others."""
+"""The parameters of a drive with harmonics. With a single tone the first is 1 and the others 0."""
 
 KEPT = tuple(name for name in PARAMETERS if name not in LITERALS and name not in OF_HARMONICS)
 """The remaining parameters."""
 
 DERIVED = solids.Thresholds._fields
-"""Derived values that are computed once per point: the thresholds of the phases of a film."""
+"""Derived values, computed once per point: the thresholds between the phases of a film."""
 
 if TYPE_CHECKING:
 
     class Reduced(ParameterValues):
-        """The remaining parameters in the point's own units, then `DERIVED` and `OF_HARMONICS`."""
+        """`KEPT` parameters in the units of the point, then `DERIVED` and `OF_HARMONICS`."""
 
         def __getattr__(self, name: str) -> float: ...
 
@@ -103,22 +103,22 @@ class Units(NamedTuple):
 
 @inline
 def energy_unit(p: Parameters, time: float) -> float:
-    """Unit of energy density [J/m3] for this unit of time [s], such that delta is 1."""
+    """Unit of energy density [J/m3] that makes delta 1, for a unit of time [s]."""
     return 1.0 / (p.kinetic_coefficient * time)
 
 
 @inline
 def make_units(p: Parameters, time: float, length: float, thickness: float, strain: float) -> Units:
-    """Return the units for `p` that follow from these four; the mass is M.
+    """Return all units for `p`, from these four; the unit of mass is M.
 
     Stress times strain is an energy density (Eqs. 12, 13); the unit of temperature makes 2 alpha 1
-    (Eq. 15). The order parameter is never scaled: laws may depend on it.
+    (Eq. 15). The order parameter is never scaled, because laws may depend on it.
     """
     speed = length / time
     force = p.block_mass * speed / time
     energy, slope = energy_unit(p, time), 2.0 * p.thermal_coefficient
     stress = energy / strain
-    # A name of its own: Numba compiles no conditional among so many keywords.
+    # In a variable, because Numba compiles no conditional among so many keywords.
     temperature = energy / slope if slope > 0.0 else math.inf
     return Units(
         number=1.0,
@@ -166,11 +166,11 @@ _BY_NAME: Mapping[str, str] = {
     "strain_relaxation_time": "relaxation",
     "contact_area": "area",
 }
-"""The same for parameters whose unit is ambiguous."""
+"""The field of `Units` for parameters whose unit is ambiguous."""
 
 
 class UnscaledError(LookupError):
-    """A parameter in a unit without a declared scaling."""
+    """The unit of a parameter has no declared scaling."""
 
 
 def _unit_of(name: str) -> int:
@@ -189,33 +189,33 @@ class Scaling(NamedTuple):
     """The nondimensional form of a model."""
 
     units_of: Callable[[Parameters], Units]
-    """Inline: the unit of each quantity."""
+    """(p), inline: the unit of each quantity."""
 
     literals: tuple[tuple[str, float], ...]
-    """Further parameters that have the same value for every point, as `LITERALS`."""
+    """Further parameters with the same value at every point, as in `LITERALS`."""
 
 
 @inline
 def units_of(p: Parameters) -> Units:
-    """The units in the adiabatic limit."""
+    """Return the units in the adiabatic limit."""
     time = 1.0 / p.angular_frequency
     strain = math.copysign(1.0, p.drive_amplitude)
     return make_units(p, time, p.drive_amplitude, p.film_thickness, strain)
 
 
 FOLLOWING = Scaling(units_of, (("film_thickness", 1.0),))
-"""The scaling where the strain follows the relative velocity instantly."""
+"""The scaling in the adiabatic limit, where the strain follows the relative velocity instantly."""
 
 
 def make_reduction(
     law: FrictionLaw, names: tuple[str, ...]
 ) -> Callable[[Parameters, Units, np.ndarray], None]:
-    """Return the inline function (p, units, row) that writes these parameters, scaled, into a row.
+    """Return the inline function (p, units, row) that writes scaled parameters into a row.
 
     Raises UnscaledError for a parameter whose unit is in no table.
     """
     places = tuple(Parameters._fields.index(name) for name in names)
-    # What is written here for parameters that the law itself scales is overwritten below.
+    # The law scales some parameters; the values written for them here are overwritten below.
     units = tuple(0 if name in law.scaled else _unit_of(name) for name in names)
     directed = tuple(PARAMETERS[name].directed for name in names)
 
@@ -233,7 +233,7 @@ def make_reduction(
 
 
 def _with_law(write: Any, slot: int, scaled: Callable[..., float]) -> Any:
-    """Extend `write` by the parameter in this slot, which a function of the law scales."""
+    """Return `write` extended by the parameter in a slot, which a function of the law scales."""
 
     @inline
     def write_with_law(p: Parameters, u: Units, row: np.ndarray) -> None:
@@ -245,7 +245,7 @@ def _with_law(write: Any, slot: int, scaled: Callable[..., float]) -> Any:
 
 @inline
 def thresholds_in(u: Units, t: solids.Thresholds) -> solids.Thresholds:
-    """Thresholds of the phases of a film in these units."""
+    """Return the thresholds between the phases of a film in these units."""
     return solids.Thresholds(
         solid=t.solid,
         soft=t.soft,
@@ -268,8 +268,8 @@ def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters, np.nd
         t = thresholds_in(units, solids.thresholds(p))
         for i in range(len(t)):
             row[first + i] = t[i]
-        # The amplitude is the unit of length, or a part of it, which only the caller knows. (In the
-        # loop above these would change how the compiler groups divisions, and the last bits.)
+        # The amplitude is the unit of length, or a part of it that only the caller knows. (In the
+        # loop above, these would change how the compiler groups divisions, and the last bits.)
         row[first + len(DERIVED)] = 1.0
         for i in range(len(harmonics)):
             row[first + len(DERIVED) + 1 + i] = p[harmonics[i]]
@@ -285,9 +285,9 @@ def literals_of(index: float | None, *, higher: bool, one_tone: bool) -> dict[st
 
 
 def make_values(literals: Literals) -> Callable[..., ParameterValues]:
-    """Return the inline function (q) that turns scaled parameters into those of the model.
+    """Return the inline function (q) from scaled parameters to the parameters of the model.
 
-    `q` has the parameters that are not among the `literals`.
+    `q` has the parameters that are not `literals`.
     """
     values: dict[str, Any] = {name: f"q.{name}" for name in PARAMETERS}
     return make_tuple_maker(ParameterValues, "q", values | dict(literals), {})
@@ -301,11 +301,11 @@ def model_values(
     one_tone: bool = False,
     scaling: Scaling = FOLLOWING,
 ) -> Callable[..., ParameterValues]:
-    """Return the inline function that turns `Reduced` parameters into those of the model.
+    """Return the inline function from `Reduced` parameters to the parameters of the model.
 
-    The rheological index is a literal, or for None that of the parameters; the coefficients beyond
-    the paper's free energy are 0 unless there are `higher` terms, and the harmonics of the drive if
-    it has `one_tone`.
+    The rheological index is the literal `index`, or comes from the parameters for None. Without
+    `higher` terms the coefficients beyond the paper's free energy are the literal 0; with
+    `one_tone` so are the harmonics of the drive.
     """
     known = literals_of(index, higher=higher, one_tone=one_tone)
     own = {"drive_amplitude": 1.0} if one_tone else {}

@@ -2,8 +2,8 @@
 
 Under a strain the film is stationary where B equals the balance b phi - c phi^2 + ... (`film.py`),
 and stable where the balance falls with phi. The paper's balance has one turning point, b/2c. With
-more terms there may be three, p < q < r: then a soft solid exists between p and q and a hard one
-above r. Solids between further turning points are found as well, and count as hard ones.
+more terms it may have three, p < q < r: a soft solid then exists between p and q, and a hard one
+above r. Solids between further turning points are found as well, and count as hard.
 """
 
 from __future__ import annotations
@@ -16,41 +16,42 @@ from stickslip.model import film
 from stickslip.parameters import Parameters
 
 MELTED_PART = 0.1
-"""A film counts as melted below this part of `solid_threshold`: the hysteresis of the count."""
+"""A film counts as melted below this part of `solid_threshold`, a hysteresis of the count."""
 
-# At the strength of a solid the slope of the log force is 4 (B - heating); twice that for margin.
+# At the strength of a solid the slope of the log force is 4 (B - heating); this is twice as much.
 _ROOM = 8.0
 
-# Below this fraction of `solid_threshold`, a modulus of 1e-6, a film moves like a liquid.
+# Below this fraction of `solid_threshold`, where the modulus is 1e-6 of that there, a film moves
+# like a liquid.
 _LIQUID = 1e-3
 
-# Halvings of an interval: down to the last bit of values above 1e-14 of it.
+# So many halvings of an interval reach the last bit of values above 1e-14 of it.
 _BISECTIONS = 100
 
-# Upper bound of order parameters: that of the paper's solid is of order one.
+# Upper bound of order parameters; in the paper's solid they are of order one.
 _LARGEST = 1e6
 
 
 class TurningPoints(NamedTuple):
-    """The first order parameters at which the balance turns; infinite where there are no more."""
+    """The first order parameters at which the balance turns; infinite if there are no more."""
 
     soft: float
-    """From here on a film is solid."""
+    """A film is solid from here on."""
     between: float
-    """Up to here on it is a soft solid ..."""
+    """A solid is soft up to here ..."""
     hard: float
-    """... and from here on a hard one."""
+    """... and hard from here on."""
 
 
 class Thresholds(NamedTuple):
     """The limits between phases: order parameters, and the B [J/m3] of the soft solid."""
 
     solid: float
-    """From here on a film counts as solid ..."""
+    """A film counts as solid from here on ..."""
     soft: float
-    """... up to here on as a soft solid ..."""
+    """... as a soft solid up to here ..."""
     hard: float
-    """... and from here on as a hard one; infinite if there is only one solid."""
+    """... and as a hard one from here on; infinite if there is only one solid."""
     weakest: float
     """The soft solid exists above this B ..."""
     strongest: float
@@ -59,13 +60,13 @@ class Thresholds(NamedTuple):
 
 @jit
 def balance(p: Parameters, phi: float) -> float:
-    """The B [J/m3] under which a film with order parameter `phi` is stationary."""
+    """The B [J/m3] at which a film with order parameter `phi` is stationary."""
     return -film.log_force(p, phi, 0.0)
 
 
 @jit
 def _derivative(p: Parameters, order: int, phi: float) -> float:
-    """Derivative of the balance of this order, at least 1."""
+    """Derivative of the balance, of an order from 1 on."""
     total = 0.0
     for power in range(film.HIGHEST_POWER, order - 1, -1):
         weight = film.balance_coefficient(p, power)
@@ -77,10 +78,10 @@ def _derivative(p: Parameters, order: int, phi: float) -> float:
 
 @jit
 def _next_zero(p: Parameters, order: int, low: float, positive: bool) -> float:
-    """First order parameter above `low` from which a derivative is `positive`, or is not.
+    """First zero above `low` of a derivative of the balance, whose sign there is `positive` or not.
 
-    The derivative of the balance of this order, at least 1, has at most one zero between two zeros
-    of its own slope. The recursion also keeps the compiler from inlining this everywhere.
+    The `order` is 1 or more. Between two zeros of its slope the derivative has at most one zero.
+    The recursion also keeps the compiler from inlining this function everywhere.
     """
     if order >= film.HIGHEST_POWER:  # that derivative is constant
         return _LARGEST
@@ -102,7 +103,7 @@ def _next_zero(p: Parameters, order: int, low: float, positive: bool) -> float:
 
 @jit
 def next_turning_point(p: Parameters, phi: float, rises: bool) -> float:
-    """First turning point of the balance above `phi`, where it `rises` at first or falls.
+    """First turning point of the balance above `phi`, from where it `rises` or falls.
 
     Infinite if the balance falls forever.
     """
@@ -116,7 +117,7 @@ def next_turning_point(p: Parameters, phi: float, rises: bool) -> float:
 
 @jit
 def turning_points(p: Parameters) -> TurningPoints:
-    """The first turning points of the balance; the first is 0 if it falls from there."""
+    """The first turning points of the balance; the first one is 0 if the balance falls from 0."""
     soft = next_turning_point(p, 0.0, True)
     between = next_turning_point(p, soft, False)
     return TurningPoints(soft, between, next_turning_point(p, between, True))
@@ -124,7 +125,7 @@ def turning_points(p: Parameters) -> TurningPoints:
 
 @jit
 def _falling_to(p: Parameters, B: float, low: float, high: float) -> float:
-    """Order parameter between `low` and `high`, where the balance falls, at which it is B."""
+    """Order parameter at which the balance is B, between `low` and `high`, where it falls."""
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         if balance(p, middle) > B:
@@ -136,7 +137,7 @@ def _falling_to(p: Parameters, B: float, low: float, high: float) -> float:
 
 @jit
 def _solid_between(p: Parameters, B: float, low: float, high: float) -> float:
-    """The stable solid under B between two turning points with a falling balance; or -1."""
+    """The stable solid at B between two turning points with a falling balance; -1 if none."""
     if high == math.inf:
         high = 2.0 * low + 1.0
         while balance(p, high) > B:
@@ -146,13 +147,14 @@ def _solid_between(p: Parameters, B: float, low: float, high: float) -> float:
 
 @jit
 def hardest(p: Parameters, B: float) -> float:
-    """Largest order parameter of a stable solid; if the film can only be liquid, the last one.
+    """Largest order parameter of a stable solid at B.
 
-    The last one is that at which the solid disappears under the largest B.
+    If the film can only be liquid: the order parameter at which the last solid disappears, that is
+    at the largest B.
     """
     low = next_turning_point(p, 0.0, True)
     found, lost = -1.0, low
-    for _ in range(film.HIGHEST_POWER):  # more than there are solids; none is found from infinity
+    for _ in range(film.HIGHEST_POWER):  # more often than there are solids; infinity adds none
         high = next_turning_point(p, low, False)
         found = max(found, _solid_between(p, B, low, high))
         lost = low if balance(p, low) >= balance(p, lost) else lost
@@ -162,9 +164,9 @@ def hardest(p: Parameters, B: float) -> float:
 
 @jit
 def next_phase(p: Parameters, phi: float, B: float) -> float:
-    """Order parameter to which a film goes from `phi` under a constant B [J/m3]; 0 if liquid.
+    """Order parameter that a film reaches from `phi` at a constant B [J/m3]; 0 if liquid.
 
-    Down the free energy to the first minimum, past phases that do not exist under this B.
+    It moves down the free energy to the first minimum, past phases that do not exist at this B.
     """
     force, below, low = film.log_force(p, phi, B), 0.0, next_turning_point(p, 0.0, True)
     for _ in range(film.HIGHEST_POWER):
@@ -187,7 +189,7 @@ def strongest(p: Parameters) -> float:
 def solid_order_parameter(p: Parameters, B: float) -> float:
     """Stable stationary order parameter phi_plus, Eq. 16, of the hardest solid.
 
-    If the film can only be liquid, that at which the last solid disappears: b/2c.
+    If the film can only be liquid: the order parameter at which the last solid disappears, b/2c.
     """
     if film.has_higher_terms(p):
         return hardest(p, B)
@@ -198,7 +200,7 @@ def solid_order_parameter(p: Parameters, B: float) -> float:
 
 @inline
 def largest_order_parameter(p: Parameters) -> float:
-    """The value that phi never exceeds once below it: phi_plus at rest, or b/2c above T_c0."""
+    """The bound that phi never crosses from below: phi_plus at rest, or b/2c above T_c0."""
     return solid_order_parameter(p, film.heating(p))
 
 
@@ -220,7 +222,7 @@ def melting_strain(p: Parameters) -> float:
 
 @inline
 def solidification_strain(p: Parameters) -> float:
-    """Strain eps_c^0 below which a liquid film solidifies, Eq. 20; 0 if it does at none."""
+    """Strain eps_c^0 below which a liquid film solidifies, Eq. 20; 0 if it does at no strain."""
     if p.elastic_coefficient <= 0.0:
         return 0.0
     return math.sqrt(max(-film.heating(p), 0.0) / p.elastic_coefficient)
@@ -243,8 +245,8 @@ def solidification_temperature(p: Parameters, eps: float) -> float:
 def solid_threshold(p: Parameters) -> float:
     """Order parameter above which a film is solid: b/2c, below the solid branch of Eq. 16.
 
-    With more terms the first turning point. If that is 0 (a second-order transition), half the
-    unstrained stationary value.
+    With more terms it is the first turning point. If that is 0 (a second-order transition), it is
+    half the stationary order parameter without strain.
     """
     if film.has_higher_terms(p):
         first = next_turning_point(p, 0.0, True)
@@ -256,7 +258,7 @@ def solid_threshold(p: Parameters) -> float:
 
 @inline
 def thresholds(p: Parameters) -> Thresholds:
-    """The limits between the phases of a film; a third solid counts as a hard one."""
+    """The limits between the phases of a film; a third solid counts as hard."""
     solid = solid_threshold(p)
     turns = turning_points(p)
     if turns.hard == math.inf:
@@ -267,13 +269,14 @@ def thresholds(p: Parameters) -> Thresholds:
 
 @inline
 def parts_never(p: Parameters, lowest: float, highest: float) -> bool:
-    """Tell whether neighbouring motions cannot separate while phi of both is between these values.
+    """Return whether neighbouring motions cannot separate while phi is between these values.
 
     As long as the force does not fall with the relative velocity, M dv^2/2 + K dx^2 of their
-    difference never grows. In a liquid the force does not fall: its elasticity is negligible. Nor
-    does it in a solid whose order parameter follows the strain instantly, below its strength: the
-    stress a phi^2 eps rises while d ln(phi)/d ln(eps) = -2 (B - heating)/(slope of the log force)
-    stays above -1/2, here with a factor of two to spare (docs/decisions/stationarity.md).
+    difference cannot grow. In a liquid the force does not fall, because the elasticity is
+    negligible. Nor does it fall in a solid below its strength whose order parameter follows the
+    strain instantly: the stress a phi^2 eps rises while d ln(phi)/d ln(eps) = -2 (B - heating)/
+    (slope of the log force) is above -1/2, a condition applied here with a margin of a factor of
+    two (docs/decisions/stationarity.md).
     """
     heating, threshold = film.heating(p), solid_threshold(p)
     liquid = highest <= _LIQUID * threshold
@@ -285,6 +288,6 @@ def parts_never(p: Parameters, lowest: float, highest: float) -> bool:
 
 @inline
 def is_soft(phases: Thresholds, phi: float, B: float) -> bool:
-    """Tell whether a film is a soft solid, not merely passing where no soft solid exists."""
+    """Return whether a film is a soft solid, and does not just pass where no soft solid exists."""
     within = (phi >= phases.solid) & (phi <= phases.soft)
     return within & (phases.weakest < B) & (phases.strongest > B)

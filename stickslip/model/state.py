@@ -1,10 +1,10 @@
-"""The state variables of the model, each declared once.
+"""The state variables of the models, each declared once.
 
 Motions begin and are reported in the state (x, v, psi). The adaptive method integrates (x, u, psi)
-with u = V - v (`rhs.relative_state`), with the same mirror images and weights.
+with u = V - v (`rhs.relative_state`), which has the same mirror images and weights.
 
-A model declares which of them it has (`models.py`); numerics, lanes and files take their number,
-mirror images and weights from there.
+A model declares its variables (`models.py`); numerics, lanes and files take their number, mirror
+images and weights from there.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ State = tuple[float, ...]
 class Component(NamedTuple):
     """A state variable.
 
-    `mirror` is its sign under the odd half-period symmetry. `weight` is that of its differences in
-    the test of repetition: ln(phi) need only repeat to a thousand tolerances, since it is slaved to
-    the motion and swings by hundreds. Values below `floor` count as equal: without noise the order
-    parameter of a film that has melted for good sinks forever and means nothing any more.
-    `follows` is the index of the variable that it nearly equals in the lanes, -1 for none: their
-    difference is tested, and in an extrapolation the two move together.
+    `mirror` is its sign under the odd half-period symmetry. `weight` applies to its differences in
+    the test of repetition: ln(phi) need only repeat to a thousand tolerances, because it is slaved
+    to the motion and swings by hundreds. Values below `floor` count as equal: without noise the
+    order parameter of a film that never freezes again sinks forever and becomes meaningless.
+    `follows` is the index of the variable that it nearly equals in the lanes, or -1: the difference
+    of the two is tested, and an extrapolation moves them together.
     """
 
     name: str

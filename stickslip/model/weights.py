@@ -1,4 +1,4 @@
-"""What the step is controlled by: weights of the errors of state variables, and its limits."""
+"""Control of the step: the weights of errors of the state variables, and limits of its length."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from stickslip.model import drive, film, noise, solids
 from stickslip.parameters import Parameters
 
 # An error of the velocity also counts by the error of the force that it causes, relative to this
-# many times the force that locks the block: a locked block follows the drive to parts in 1e5, and
-# its slip must be right, not just its speed.
+# many times the force that locks the block. A locked block follows the drive to parts in 1e5, and
+# its slip must be accurate, not just its speed.
 _FORCE_WEIGHT = 20.0
 LARGEST_AT_CUSP = 100.0
 
 # Where the noise sustains ln(phi), an error decays at the rate 2 D_eff/phi^2. It counts less there,
-# by this many times that rate over the film's own, but at least a thousandth.
+# by the first number times this rate over the rate of the film, but never less than a thousandth.
 _FORGETTING_WEIGHT, _LARGEST_RELIEF = 10.0, 1000.0
-_SLOWEST_FILM = 100.0  # rates omega
+_SLOWEST_FILM = 100.0  # in units of omega
 
-# The largest error of ln(phi) in a step: D_eff/phi^2 is linear in a smaller one only. A film left
-# far above the noise level would have to be followed down at the full rate of melting, with steps
-# that may be shorter than the rounding of time.
+# The largest error of ln(phi) in a step, above which D_eff/phi^2 is no longer linear in it. An
+# error that left the film far above the noise level would force the drive to follow it down at the
+# full rate of melting, with steps that may be shorter than the rounding of time.
 _LARGEST_ERROR = 0.5
 
-# A liquid film may freeze while its strain passes through zero. Below this many solidification
-# strains a step may not change the strain by more than the second number of them, unless the order
-# parameter could grow by less than the third number of e-folds in the whole passage.
+# A liquid film may freeze while its strain passes through zero. Below the first number of
+# solidification strains a step may change the strain by no more than the second number of them,
+# unless the order parameter can grow by less than the third number of e-folds in the whole passage.
 _NEAR_PASSAGE, _STRIDE, _LEAST_GROWTH = 2.0, 1.0, 1.0
 
 
 @inline
 def _growth_at_unit_rate(p: Parameters) -> float:
-    """Growth of ln(phi) in a passage of the strain through zero, times the strain's rate [1/s].
+    """Growth of ln(phi) while the strain passes through zero, times the rate of the strain [1/s].
 
-    With B of Eq. 15 as a parabola in time: 4/3 of the rate at rest times the time from the
+    B of Eq. 15 is a parabola in time: the growth is 4/3 of the rate at rest times the time from the
     solidification strain to zero.
     """
     rate = -p.kinetic_coefficient * film.heating(p)
@@ -53,14 +53,14 @@ def force_weight(p: Parameters, change: float) -> float:
 
 @inline
 def film_weight(p: Parameters, rtol: float, psi: float, eps0: float, eps1: float) -> float:
-    """Weight of an error of ln(phi) in a step between two strains that begins at `psi`."""
+    """Weight of an error of ln(phi) in a step that begins at `psi`, between two strains."""
     _, inverse_phi = exponentials(psi)
     forgetting = _FORGETTING_WEIGHT * (2.0 * noise.typical_path(p, inverse_phi))
     own = _SLOWEST_FILM * p.angular_frequency + p.kinetic_coefficient * abs(film.heating(p))
     most = _LARGEST_RELIEF * own
     forgetting = most if forgetting > most else forgetting
-    # A film that may freeze at either end of the step forgets nothing more: B is negative, and
-    # the rate at the start of the step is no longer that of its rest.
+    # If the film may freeze at either end of the step, errors no longer decay: B is negative, and
+    # the rate at the start does not hold for the rest of the step.
     critical = solids.solidification_strain(p)
     forgets = (abs(eps0) >= critical) & (abs(eps1) >= critical)
     weight = own / ((1.0 + abs(psi)) * (own + (forgetting if forgets else 0.0)))
@@ -70,7 +70,7 @@ def film_weight(p: Parameters, rtol: float, psi: float, eps0: float, eps1: float
 
 @inline
 def _outside(eps: float, near: float) -> float:
-    """How far a strain is from those nearer to zero than `near`."""
+    """Distance of a strain from the interval between -`near` and `near`."""
     size = abs(eps)
     return size - near if size > near else 0.0
 
@@ -83,13 +83,13 @@ def passage_limits(
     end: tuple[float, float],
     h: float,
 ) -> tuple[float, float]:
-    """Largest part of a step of length h that may be taken, and the longest step after it.
+    """Largest allowed part of a step of length h, and the longest step after it.
 
-    A step must not pass unseen over the strains at which a liquid film may freeze: at both of its
-    ends the film may be at the noise level, and no error estimate shows what would have happened in
-    between (docs/decisions/short-freezing.md). `liquid` says whether the film is; `begin` and `end`
-    are the strain and its rate [1, 1/s] at the ends of the step; in the middle the strain is that
-    of Hermite's cubic.
+    A step must not jump over the strains at which a liquid film may freeze: at both of its ends the
+    film may be at the noise level, and no error estimate shows what happened in between
+    (docs/decisions/short-freezing.md). `liquid` says whether the film is liquid; `begin` and `end`
+    are the strain and its rate [1, 1/s] at the ends of the step. Hermite's cubic gives the strain
+    in the middle.
     """
     critical = solids.solidification_strain(p)
     near, stride = _NEAR_PASSAGE * critical, _STRIDE * critical
@@ -97,8 +97,8 @@ def passage_limits(
     middle = 0.5 * (eps0 + eps1) + 0.125 * h * (rate0 - rate1)
     way, speed = abs(middle - eps0) + abs(eps1 - middle), abs(rate1)
     before, after = _outside(eps0, near), _outside(eps1, near)
-    # Whether the film can grow in a passage at the rate of the step, and of its end. No division,
-    # which would be 0/0 where the strain does not change.
+    # Whether the film can grow in a passage at the rate of the step, and at the rate of its end.
+    # Without a division, which would be 0/0 for a constant strain.
     growth = _growth_at_unit_rate(p) / _LEAST_GROWTH
     grows, will_grow = liquid & (growth * h > way), liquid & (growth > speed)
     unseen = grows & (way - before - after > stride)

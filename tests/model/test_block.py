@@ -1,4 +1,4 @@
-"""The lower block: its slopes and its loss are those of its force, for whatever acts on it."""
+"""The lower block: its slopes and its loss agree with its force, for any force in the model."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_the_slopes_are_those_of_the_force(p: Parameters, x: float, v: float) ->
 
 
 @pytest.mark.parametrize(("p", "x", "v"), STATES)
-def test_what_the_forces_do_is_stored_or_lost(p: Parameters, x: float, v: float) -> None:
+def test_the_work_of_the_forces_is_stored_or_lost(p: Parameters, x: float, v: float) -> None:
     F, step = 1e-3, 1e-6
     a = block.acceleration(p, x, v, F)
     after = block.energy(p, x + step * v, v + step * a)

@@ -1,4 +1,4 @@
-"""The noise by chance over a step: exact where the drift is linear, of first order elsewhere."""
+"""Stochastic noise over a step: exact where the drift is linear, of first order elsewhere."""
 
 import math
 from itertools import pairwise
@@ -22,7 +22,7 @@ deviation = make_deviation(algebra(3).interpolate)
 
 @jit
 def _film_step(p: Parameters, psi0: float, B: float, h: float) -> tuple[float, float]:
-    """ln(phi) after a step at a fixed melting function, without noise, and the deviation there."""
+    """ln(phi) after a step at a fixed melting function without noise, and the deviation S there."""
     rate, pieces = -p.kinetic_coefficient, 200
     k, psi = h / pieces, psi0
     for _ in range(pieces):
@@ -40,7 +40,7 @@ def _film_step(p: Parameters, psi0: float, B: float, h: float) -> tuple[float, f
 
 
 def spread(p: Parameters, h: float, change: float, d1: float = 0.0, d2: float = 0.0) -> float:
-    """S after a step of a film with hardly any order, over which ln(phi) changes so much."""
+    """S after a step from a very small phi, in which ln(phi) changes by `change`."""
     y0, y1 = (0.0, 0.0, -200.0), (0.0, 0.0, -200.0 + change)
     return float(deviation(p, h, y0, y1, (0.0, 0.0, d1), (0.0, 0.0, d2)))
 
@@ -84,8 +84,8 @@ def test_no_noise_has_no_spread() -> None:
     assert spread(PAPER._replace(noise_intensity=0.0), 1e-3, -700.0) == 0.0
 
 
-def test_a_solid_holds_the_noise_down() -> None:
-    # Around the minimum small displacements decay at the rate delta f'', whatever phi does.
+def test_a_solid_suppresses_the_noise() -> None:
+    # Around the minimum small displacements decay at the rate delta f''.
     phi, psi = 0.6, math.log(0.6)
     B = PAPER.cubic_coefficient * phi - PAPER.quartic_coefficient * phi * phi
     rate = PAPER.kinetic_coefficient * film.log_force_slope(PAPER, math.exp(psi))
@@ -103,7 +103,7 @@ def test_a_solid_holds_the_noise_down() -> None:
 @pytest.mark.parametrize("xi", [-2.0, 0.0, 1.5])
 def test_the_order_parameter_after_the_noise(psi: float, xi: float) -> None:
     S = 1e-11
-    phi = abs(math.exp(max(psi, -300.0)) + S * xi)  # less is as good as nothing
+    phi = abs(math.exp(max(psi, -300.0)) + S * xi)  # -300 is the floor of ln(phi)
     assert disturbed(psi, S, xi) == pytest.approx(math.log(phi))
 
 
@@ -112,11 +112,11 @@ def test_without_noise_nothing_is_displaced() -> None:
 
 
 @pytest.mark.parametrize("xi", [-1e11, -1.0])
-def test_what_comes_to_nothing_stays_finite(xi: float) -> None:
+def test_an_order_parameter_near_0_has_a_finite_logarithm(xi: float) -> None:
     assert math.isfinite(disturbed(0.0, 1.0, xi))
 
 
-def test_noise_as_weak_as_the_paper_s_does_not_bend() -> None:
+def test_the_drift_is_linear_over_noise_as_weak_as_in_the_paper() -> None:
     assert bending(PAPER, -26.0, 1e-11, 1e-3) < 1e-4
     assert bending(PAPER, -3.0, 0.1, 1e-3) > 0.1
 
@@ -134,7 +134,7 @@ Array = NDArray[np.float64]
 
 
 def by_steps(p: Parameters, B: float, h: float, steps: int, grid: Array, density: Array) -> Array:
-    """The density after so many steps of the scheme: no chance, its transitions are Gaussian."""
+    """The density after some steps of the scheme, from its Gaussian transitions."""
     edges = np.concatenate([[0.0], 0.5 * (grid[1:] + grid[:-1]), [_LARGEST]])
     transition = np.empty((_CELLS, _CELLS))
     for column, phi in enumerate(grid):
@@ -147,7 +147,7 @@ def by_steps(p: Parameters, B: float, h: float, steps: int, grid: Array, density
 
 
 def exactly(p: Parameters, B: float, time: float, grid: Array, density: Array) -> Array:
-    """The density by the Fokker-Planck equation, in exponentially fitted finite volumes."""
+    """The density from the Fokker-Planck equation, in exponentially fitted finite volumes."""
     D, width = p.noise_intensity, grid[1] - grid[0]
     b, c = p.cubic_coefficient, p.quartic_coefficient
     energy = 0.5 * B * grid**2 - b / 3.0 * grid**3 + 0.25 * c * grid**4

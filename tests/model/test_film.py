@@ -15,12 +15,11 @@ from stickslip.variables import PARAMETERS
 PAPER = Parameters()
 B_CUBIC, C_QUARTIC = PAPER.cubic_coefficient, PAPER.quartic_coefficient
 SPINODAL = B_CUBIC**2 / (4 * C_QUARTIC)
-"""b^2/4c: the melting function from which a film is liquid only."""
-
+"""b^2/4c: above this melting function a film can only be liquid."""
 
 ENERGIES = [name for name, v in PARAMETERS.items() if v.units == "J m-3"]
 FULL = PAPER._replace(**{name: 100.0 for name in ENERGIES if getattr(PAPER, name) == 0.0})
-"""A film with every term that there is, also with one that an extender adds."""
+"""A film with all terms of the registry, also later ones."""
 
 films = st.sampled_from([PAPER, FULL])
 
@@ -31,7 +30,7 @@ def at(T: float, **changes: float) -> Parameters:
 
 
 def free_energy_slope(p: Parameters, phi: float, eps: float) -> float:
-    """df/dphi by complex step: exact to rounding, for the plain Python of the free energy."""
+    """df/dphi by a complex step through the plain Python of the free energy: exact to rounding."""
     step = 1e-30
     return film.free_energy.py_func(p, complex(phi, step), eps).imag / step
 
@@ -66,12 +65,9 @@ def test_at_the_melting_strain_the_melting_function_is_the_spinodal(T: float) ->
     assert pytest.approx(SPINODAL, rel=1e-12, abs=0) == B
 
 
-def test_a_film_that_is_liquid_at_any_strain_melts_without_a_strain() -> None:
-    assert solids.melting_strain(at(299.0)) == 0.0
-
-
-def test_no_strain_melts_a_film_without_elasticity() -> None:
-    assert solids.melting_strain(at(200.0, elastic_coefficient=0.0)) == 0.0
+def test_a_film_that_is_liquid_at_any_strain_or_not_elastic_has_no_melting_strain() -> None:
+    for p in (at(299.0), at(200.0, elastic_coefficient=0.0)):
+        assert solids.melting_strain(p) == 0.0
 
 
 # --- stationary states and kinetics --------------------------------------------------------------
@@ -105,7 +101,7 @@ def test_the_upper_root_attracts_and_the_lower_one_repels(T: float, part: float)
         assert rate(p, minus * 0.999, B) < 0
 
 
-def test_beyond_the_spinodal_the_branch_of_the_solid_is_held_where_it_ended() -> None:
+def test_beyond_the_spinodal_the_solid_branch_keeps_its_last_value() -> None:
     for B in (SPINODAL, SPINODAL * 1.0001, 1e6):
         assert solids.solid_order_parameter(PAPER, B) == pytest.approx(B_CUBIC / (2 * C_QUARTIC))
 
@@ -119,9 +115,17 @@ def size_of_force(p: Parameters, phi: float) -> float:
 def test_every_energy_density_of_the_registry_is_a_coefficient_of_the_free_energy(
     name: str,
 ) -> None:
-    assert PARAMETERS[name].phi_power > 0
-    assert abs(PARAMETERS[name].phi_sign) == 1
-    assert PARAMETERS[name].lower == 0.0  # the sign is declared
+    """It multiplies the declared power of phi in the force, with the declared sign."""
+
+    def share(phi: float) -> float:
+        one, two = (FULL._replace(**{name: value}) for value in (1.0, 2.0))
+        return film.log_force(two, phi, 0.0) - film.log_force(one, phi, 0.0)
+
+    power, sign = PARAMETERS[name].phi_power, PARAMETERS[name].phi_sign
+    assert power > 0
+    assert PARAMETERS[name].lower == 0.0
+    for phi in (0.25, 0.5):
+        assert share(phi) == pytest.approx(sign * phi**power, rel=1e-9, abs=0)
 
 
 @given(p=films, phi=st.floats(1e-3, 2.0), eps=strains, T=st.floats(0.0, 500.0))
@@ -147,17 +151,6 @@ def test_the_balance_has_the_coefficients_of_the_force(p: Parameters, phi: float
     powers = range(1, film.HIGHEST_POWER + 1)
     found = sum(film.balance_coefficient(p, power) * phi**power for power in powers)
     assert found == pytest.approx(solids.balance(p, phi), abs=1e-13 * size_of_force(p, phi))
-
-
-@pytest.mark.parametrize("name", ENERGIES)
-def test_the_registry_knows_with_what_a_coefficient_stands_in_the_force(name: str) -> None:
-    def share(phi: float) -> float:
-        one, two = (FULL._replace(**{name: value}) for value in (1.0, 2.0))
-        return film.log_force(two, phi, 0.0) - film.log_force(one, phi, 0.0)
-
-    power, sign = PARAMETERS[name].phi_power, PARAMETERS[name].phi_sign
-    for phi in (0.25, 0.5):
-        assert share(phi) == pytest.approx(sign * phi**power, rel=1e-9, abs=0)
 
 
 def test_the_shear_modulus_is_the_slope_of_the_elastic_stress() -> None:

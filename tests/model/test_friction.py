@@ -36,7 +36,7 @@ def test_the_friction_force_is_the_sum_of_the_stresses_times_the_area() -> None:
     gamma=st.floats(-0.999, 2.0) | st.sampled_from([-2 / 3, 0.0, 2 / 3]),
     stiffness=st.floats(0.0, 1e13),
 )
-def test_friction_never_gives_power(law: str, u: float, gamma: float, stiffness: float) -> None:
+def test_friction_never_supplies_power(law: str, u: float, gamma: float, stiffness: float) -> None:
     p = PAPER._replace(rheological_index=gamma)
     sigma_el = stiffness * friction.elastic_strain(p, u)
     sigma_v = friction_law(law).stress(p, u, 0.5)

@@ -1,4 +1,4 @@
-"""What a model declares: its variables agree with the equations, the units and the symmetry."""
+"""The variables of a model agree with its equations, its units and the symmetry."""
 
 import ast
 from pathlib import Path
@@ -24,13 +24,13 @@ def test_the_table_declares_each_variable_once(model: Model) -> None:
 
 
 @of_each
-def test_weights_are_positive_and_that_of_the_displacement_is_one(model: Model) -> None:
+def test_weights_are_positive_and_the_displacement_has_weight_one(model: Model) -> None:
     assert model.components[0].weight == 1.0
     assert all(0.0 < component.weight <= 1.0 for component in model.components)
 
 
 @of_each
-def test_what_is_mirrored_changes_sign_with_the_drive_and_nothing_else_does(model: Model) -> None:
+def test_only_mirrored_variables_change_sign_with_the_drive(model: Model) -> None:
     there, back = (
         model.state_units(model.scaling.units_of(PAPER._replace(drive_amplitude=x)))
         for x in (1e-6, -1e-6)
@@ -55,13 +55,13 @@ def test_the_rates_of_the_mirror_image_are_the_mirror_image_of_the_rates(model: 
     sizes = np.array([1e-6, 1e-5, 3.0, 1e-6])[: model.width]
     for gamma in (-2 / 3, 0.0, 0.7):
         p = PAPER._replace(rheological_index=gamma)
-        mirrored = p._replace(drive_amplitude=-p.drive_amplitude)  # what half a period does
+        mirrored = p._replace(drive_amplitude=-p.drive_amplitude)  # as half a period later
         y = rng.uniform(-1.0, 1.0, model.width) * sizes
         image = rhs(mirrored, 0.1, tuple((mirror * y).tolist()), 1e-9)
         np.testing.assert_array_equal(image, mirror * rhs(p, 0.1, tuple(y.tolist()), 1e-9))
 
 
-def test_the_names_of_the_strains_are_asked_for_in_one_place() -> None:
+def test_only_one_module_uses_the_names_of_the_strains() -> None:
     root = Path(stickslip.__file__).parents[1]
     asking = {
         str(file.relative_to(root))

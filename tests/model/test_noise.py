@@ -1,4 +1,4 @@
-"""The typical path of the noise: its constant, its start, and its exactness while linear."""
+"""The typical path of the noise: its constant, its start, and its exactness for linear motion."""
 
 import math
 
@@ -117,7 +117,7 @@ def level(term: float, power: int, D: float = D) -> float:
         ({"T": T_C}, level(B_CUBIC, 2)),
         ({"T": math.nextafter(T_C, 300.0)}, level(B_CUBIC, 2)),
         ({"T": T_C, "b": 0.0}, level(C_QUARTIC, 3)),
-        ({"D": 1e9}, level(C_QUARTIC, 3, 1e9)),  # a strong noise: the steepest term
+        ({"D": 1e9}, level(C_QUARTIC, 3, 1e9)),  # the steepest term limits a strong noise
     ],
     ids=str,
 )

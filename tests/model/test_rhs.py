@@ -25,7 +25,7 @@ def model(request: pytest.FixtureRequest) -> Equations:
 
 
 class Case(NamedTuple):
-    """A state y = (x, u, psi) at the phase time t, and u once more."""
+    """A state y = (x, u, psi) at the phase time t, and its u."""
 
     p: Parameters
     t: float
@@ -34,7 +34,7 @@ class Case(NamedTuple):
 
 
 def random_case(rng: np.random.Generator, gamma: float) -> Case:
-    """Parameters around those of the paper and a state anywhere in reach, not on the cusp."""
+    """Parameters near those of the paper, and a state within reach but not on the cusp."""
     p = random_parameters(rng, gamma)
     t = rng.uniform(0.0, 2 * math.pi / p.angular_frequency)
     speed = abs(p.drive_amplitude) * p.angular_frequency
@@ -68,7 +68,7 @@ def derivative(
         at = [*y, t]
         at[direction] += times * step
         values.append(model.rhs(p, at[3], tuple(at[:3]), u_s))
-    # What rounding leaves of the largest terms.
+    # The rounding errors of the largest terms.
     psi = y[2]
     _, F = model.exact(p, u, math.exp(psi))
     heating = 2 * p.thermal_coefficient * (p.temperature + p.critical_temperature)
@@ -113,7 +113,7 @@ def test_the_right_hand_side_agrees_with_the_independent_twin(gamma: float) -> N
             ]
         )
         closure = 0.2807297 * p.noise_intensity * math.exp(-2 * y[2])
-        amplified = 1 + (abs(v) + speed) * 1e-3 / abs(u)  # in the twin a difference of two speeds
+        amplified = 1 + (abs(v) + speed) * 1e-3 / abs(u)  # the twin subtracts two speeds
         assert np.all(abs(ours - twin) <= 1e-12 * amplified * terms + [0, 0, 1e-7 * closure])
 
 
@@ -182,7 +182,7 @@ def test_without_noise_the_right_hand_side_has_no_closure(model: Equations) -> N
     assert rate == pytest.approx(100.0 * 2 * 0.95 * 90.0, rel=1e-14, abs=0)
 
 
-def test_the_start_is_that_of_the_twin() -> None:
+def test_the_start_equals_that_of_the_twin() -> None:
     for gamma in (0.0, 2 / 3):
         for p, *_ in cases(gamma, 50):
             q = p._replace(initial_displacement=1e-7, initial_velocity=-2e-6)

@@ -1,4 +1,4 @@
-"""The model in its own units: the same equations, exactly scaled and mirrored."""
+"""The nondimensional model: the same equations, exactly scaled and mirrored."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def model(law: str) -> Equations:
 
 
 def own(law: str, p: ParameterValues) -> ParameterValues:
-    """The parameters in their own units, as the model's functions take them."""
+    """The parameters in the units of the point, as the functions of the model take them."""
     return scaling.model_values(None)(reduced_of(p, Physics(law)))
 
 
@@ -79,17 +79,14 @@ def test_stress_and_force_come_back_from_their_units(law: str, model: Equations)
         )
 
 
-def is_old(name: str) -> bool:
-    return name not in PARAMETERS or PARAMETERS[name].in_paper
-
-
 def reduced(p: Parameters) -> dict[str, float]:
-    """The paper's reduced parameters; how a scaling changes others is not known here."""
+    """The reduced parameters of the paper; a scaling may change others in unknown ways."""
     q = reduced_of(p, Physics("power-law"))
-    return {name: x for name, x in q._asdict().items() if is_old(name)}
+    beyond = {name for name, variable in PARAMETERS.items() if not variable.in_paper}
+    return {name: x for name, x in q._asdict().items() if name not in beyond}
 
 
-# Of time without a fluid whose power of the rate is no power of two.
+# A scaling of time, without fluids in which a power of the rate is no power of two.
 FASTER = {
     "angular_frequency": 2.0,
     "strain_relaxation_time": 0.5,
@@ -115,7 +112,7 @@ def test_scalings_by_two_leave_the_reduced_parameters_bit_for_bit(
         assert reduced(transformed(p, symmetry)) == reduced(p)
 
 
-# --- what the tables say -------------------------------------------------------------------------
+# --- the tables ----------------------------------------------------------------------------------
 
 
 def test_every_parameter_is_kept_or_has_one_value() -> None:
@@ -147,7 +144,7 @@ def test_the_highest_coefficients_are_literals_where_they_are_not_needed(law: st
     assert high.sextic_coefficient == 50.0
 
 
-def test_a_drive_of_one_tone_is_the_unit_of_length_and_another_is_no_faster(law: str) -> None:
+def test_a_single_tone_is_the_unit_of_length_and_harmonics_are_no_faster(law: str) -> None:
     p = Parameters(third_harmonic=0.5, fifth_harmonic=-0.1)
     q = reduced_of(p, Physics(law))
     one, every = (scaling.model_values(None, one_tone=known)(q) for known in (True, False))
@@ -159,7 +156,7 @@ def test_a_drive_of_one_tone_is_the_unit_of_length_and_another_is_no_faster(law:
 
 
 def test_temperatures_are_scaled_so_that_they_make_energies(law: str) -> None:
-    """What a law makes of the ratio of two temperatures is the same in any units."""
+    """A law may use the ratio of two temperatures, which is the same in any units."""
     q = own(law, Parameters(temperature=250.0))
     assert film.heating(q) == pytest.approx(2 * 0.95 * (250.0 - 290.0) * 100.0 / 10.0, rel=1e-14)
     assert q.temperature / q.critical_temperature == pytest.approx(250 / 290, rel=1e-15)

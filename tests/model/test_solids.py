@@ -1,4 +1,4 @@
-"""Films with a soft and a hard solid: where the free energy of sixth order puts them."""
+"""Films with a soft and a hard solid, from a free energy of sixth order."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ TWO = with_turns(P, Q, R)
     turns=st.lists(st.floats(0.01, 1.5), min_size=3, max_size=3, unique=True),
     e=st.floats(1.0, 1e5),
 )
-def test_turning_points_are_found_whatever_they_are(turns: list[float], e: float) -> None:
+def test_turning_points_are_found_anywhere(turns: list[float], e: float) -> None:
     p, q, r = sorted(turns)
     if min(q - p, r - q) < 1e-3:
-        return  # nearly one: rounding of the coefficients decides
+        return  # nearly one point: rounding of the coefficients decides
     found = solids.turning_points(with_turns(p, q, r, e))
     np.testing.assert_allclose(found, (p, q, r), rtol=1e-7)
 
 
 def nearly_degenerate_films() -> list[Parameters]:
-    """Films of which two turning points nearly are one, or of which coefficients are 0 or tiny."""
+    """Films with two turning points that nearly coincide, or with coefficients of 0 or nearly 0."""
     rng, found = np.random.default_rng(5), []
     for _ in range(200):
         p, r = rng.uniform(0.01, 1.5, 2)
@@ -102,14 +102,14 @@ def test_one_solid_has_one_turning_point() -> None:
     assert 0.0 < turns.soft < solids.turning_points(Parameters()).soft
 
 
-def test_without_terms_of_sixth_order_it_is_b_over_2c() -> None:
+def test_the_only_turning_point_of_the_paper_is_b_over_2c() -> None:
     assert solids.turning_points(Parameters()).soft == 230.0 / 1700.0
     thresholds = solids.thresholds(Parameters())
     assert tuple(thresholds) == (230.0 / 1700.0, math.inf, math.inf, 0.0, 0.0)
 
 
 def test_limits_of_the_solids() -> None:
-    # What the two solids of this film were designed to have.
+    # The two solids of this film were designed to have these limits.
     limits = [solids.balance(TWO, phi) for phi in solids.turning_points(TWO)]
     assert limits == pytest.approx([11.482, 3.067, 3.594], abs=1e-3)
     strains = [math.sqrt((B - film.heating(TWO)) / TWO.elastic_coefficient) for B in limits]
@@ -150,9 +150,9 @@ def test_the_hardest_stable_solid(B: float, low: float, high: float) -> None:
     assert film.log_force_slope(TWO, phi) > 0.0
 
 
-def test_where_the_film_is_liquid_only_it_is_where_the_last_solid_is_lost() -> None:
+def test_a_film_without_a_solid_has_the_order_parameter_of_the_last_one() -> None:
     assert solids.solid_order_parameter(TWO, 20.0) == pytest.approx(P, rel=1e-12)
-    harder = with_turns(0.2, 0.25, 0.6)  # whose hard solid is lost last
+    harder = with_turns(0.2, 0.25, 0.6)  # its hard solid disappears last
     assert solids.solid_order_parameter(harder, 1e4) == pytest.approx(0.6, rel=1e-12)
 
 
@@ -161,7 +161,7 @@ def test_thresholds_of_a_film_that_freezes_continuously() -> None:
     assert solids.solid_threshold(p) == pytest.approx(0.5 * solids.largest_order_parameter(p))
 
 
-def test_the_noise_keeps_up_a_level_that_the_quintic_term_limits() -> None:
+def test_the_sextic_term_limits_the_level_of_the_noise() -> None:
     p = Parameters(
         temperature=290.0, cubic_coefficient=0.0, quartic_coefficient=0.0, sextic_coefficient=500.0
     )

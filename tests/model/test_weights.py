@@ -17,7 +17,7 @@ GROWTH = 4 / 3 * 100.0 * 1.9 * 90.0 * CRITICAL  # in a passage, times the rate o
 
 
 def crossing(times: float, rate: float) -> tuple[float, float]:
-    """The limits of a step from so many critical strains above zero to as many below."""
+    """The limits of a step from `times` critical strains above zero to as many below."""
     h = 2 * times * CRITICAL / rate
     return passage_limits(PAPER, True, (times * CRITICAL, -rate), (-times * CRITICAL, -rate), h)
 

@@ -1,4 +1,4 @@
-"""Laws of the viscous stress, one file each, with everything that other code needs of a law."""
+"""Laws of the viscous stress, each in one file with all that other code needs of it."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from stickslip.options import FRICTION_LAWS, full_law_name
 
 @dataclass(frozen=True, eq=False)
 class FrictionLaw:
-    """A law of the viscous stress, in inline functions of the parameters `p`.
+    """A law of the viscous stress, as inline functions of the parameters `p`.
 
-    The code that integrates, measures, scales or bounds the friction uses these alone. The stress
-    is odd in the relative velocity `u`; its size decreases neither with that nor with the order
-    parameter `phi`. The functions are called in SI units and in those of `model/scaling.py`, so
-    dimensional numbers must come from `p`. `register_law` has a whole one.
+    Code that integrates, measures, scales or bounds the friction uses nothing else. The stress is
+    odd in the relative velocity `u`; its size decreases neither with |u| nor with the order
+    parameter `phi`. The functions are called in SI units and in the units of `model/scaling.py`, so
+    numbers with a unit must come from `p`. `register_law` shows a complete example.
 
     >>> newtonian = FrictionLaw(
     ...     name="newtonian",
@@ -51,19 +51,19 @@ class FrictionLaw:
 
     rounded: Callable[..., tuple[float, float, float]]
     """(p, u, phi, u_s): stress and its derivatives with respect to `u` [Pa s/m] and ln(phi) [Pa],
-    with a cusp at u = 0 rounded for |u| < u_s. This is what is integrated. Far from the cusp, and
-    for u_s = 0, it equals `stress` (a test compares them); an infinite slope is huge but finite."""
+    with a cusp at u = 0 rounded for |u| < u_s. Orbits are integrated with this function. Far from
+    the cusp, and for u_s = 0, it equals `stress`; an infinite slope is huge but finite."""
 
     has_cusp: Callable[..., bool]
     """(p): whether the slope is infinite at u = 0."""
 
     stable_slope: Callable[..., float]
     """(p, u, phi): the largest slope with respect to `u` [Pa s/m] up to this speed and order
-    parameter, except at a cusp: it bounds an explicit step."""
+    parameter, except at a cusp. It bounds an explicit step."""
 
     scaled: Mapping[str, Callable[..., float]] = field(default_factory=dict)
-    """Parameters that do not scale by their unit: name -> function of (p, rate, stress) that gives
-    the value in units of strain rate `rate` [1/s] and `stress` [Pa]."""
+    """Parameters whose unit does not determine their scaling: a function (p, rate, stress) of each
+    name, with the value in the units `rate` [1/s] of strain rate and `stress` [Pa]."""
 
     parameters: tuple[str, ...] = ()
     """The parameters that this law uses, including those it shares with other laws."""
@@ -72,14 +72,14 @@ class FrictionLaw:
     """Rheological indices with specialised kernels, in which powers are roots."""
 
     fluids: tuple[Mapping[str, float], ...] = ()
-    """Parameters, by name or symbol, of fluids in which it is checked what the law promises; by
-    default those of power laws with an index from -0.9 to 5."""
+    """Parameters, by name or symbol, of the fluids in which the law is checked; by default
+    power laws with indices from -0.9 to 5."""
 
 
 def friction_law(name: str) -> FrictionLaw:
-    """Return the law of this name in `options.FRICTION_LAWS`, or of this full name elsewhere.
+    """Return a law by its name in `options.FRICTION_LAWS`, or by the name of a law from outside.
 
-    Raises LawError for another, or for one that does not keep what laws promise.
+    Raises LawError if the law is unknown, or breaks a promise of laws.
     """
     if name in FRICTION_LAWS:
         shipped: FrictionLaw = import_module(FRICTION_LAWS[name]).LAW
@@ -91,10 +91,10 @@ def friction_law(name: str) -> FrictionLaw:
 
 
 def register_law(law: FrictionLaw) -> None:
-    """Let options and configs name a law of your own, in this process.
+    """Register a law of your own, for the options and configs of this process.
 
-    A stress that a rate limits, with the parameters k as its largest size in Pa and gamma as the
-    rate in s-1. A number with a unit in the code of a law would be refused.
+    The example is a stress with an upper limit: k is the limit in Pa, gamma the strain rate in s-1
+    at which the stress levels off. A number with a unit in the code of a law is refused.
 
     >>> import math
     >>> from stickslip.compiled.decorators import inline
@@ -125,20 +125,20 @@ def register_law(law: FrictionLaw) -> None:
     >>> stationary_orbit(Parameters(T=320, k=1e6, gamma=1e3), friction="limited").regime.name
     'LIQUID'
 
-    Its functions may be plain ones. Threads compute it; loky and dask, whose processes do not know
-    it, refuse. A law that they, and later runs, shall know belongs into a package
+    The functions may be plain Python. Such a law is computed in threads; the processes of loky and
+    dask do not know it, and refuse it. For them, and for later runs, put the law into a package
     (docs/how-to/friction-law.md). A name may be registered again.
 
     Parameters
     ----------
     law
-        The law, whose name is not one of stickslip or of an installed package.
+        The law. No law of stickslip or of an installed package may have its name.
 
     Raises
     ------
     LawError
-        The name is taken, the law does not keep what laws promise, or its functions refer to
-        anything but numbers, functions and the modules math, numpy, numba and stickslip.
+        The name is taken, the law breaks a promise of laws, or its functions refer to anything but
+        numbers, functions and the modules math, numpy, numba and stickslip.
     """
     if law.name in FRICTION_LAWS:
         raise LawError(f"{law.name!r} is a law of stickslip itself; choose another name")
@@ -155,7 +155,7 @@ def register_law(law: FrictionLaw) -> None:
 
 @cache
 def _judged(origin: Origin) -> tuple[FrictionLaw | None, str]:
-    """Return the law from elsewhere with inline functions, or None and what is wrong with it."""
+    """Return a law from outside with inline functions, or None and what is wrong with it."""
     from stickslip.model.laws.promises import require_promises  # needs units, which need laws
 
     try:
@@ -173,7 +173,7 @@ def _judged(origin: Origin) -> tuple[FrictionLaw | None, str]:
 
 
 def _declared(law: FrictionLaw) -> tuple[Any, ...]:
-    """Return what a law says besides its functions, in plain values."""
+    """Return everything that a law declares except its functions, as plain values."""
     fluids = tuple(tuple(sorted(fluid.items())) for fluid in law.fluids)
     return tuple(law.scaled), tuple(law.parameters), tuple(law.special_indices), fluids
 
@@ -183,7 +183,7 @@ def _functions(law: FrictionLaw) -> dict[str, Callable[..., Any]]:
 
 
 def _inlined(function: Any) -> Any:
-    """Return a function with the flags of ours, whatever others have compiled it with."""
-    return (
-        function if isinstance(function, Part) else inline(getattr(function, "py_func", function))
-    )
+    """Return a function with our compiler flags, also if it is compiled with other ones."""
+    if isinstance(function, Part):
+        return function
+    return inline(getattr(function, "py_func", function))

@@ -1,7 +1,7 @@
-"""The paper's law of the viscous stress: the effective viscosity is a power of the strain rate.
+"""The paper's power law of the viscous stress (Eqs. 6, 7, 9 and 11).
 
-Eqs. 6, 7, 9 and 11. The rheological index gamma is negative for a pseudoplastic, 0 for a Newtonian
-and positive for a dilatant fluid.
+The effective viscosity is a power of the strain rate. The rheological index gamma is negative for a
+pseudoplastic, 0 for a Newtonian and positive for a dilatant fluid.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from stickslip.model.friction import strain_rate
 from stickslip.model.laws import FrictionLaw
 from stickslip.parameters import Parameters
 
-# The viscous slope of a pseudoplastic fluid is infinite at u = 0; adding this small strain rate
-# keeps the Jacobian finite there.
+# The viscous slope of a pseudoplastic fluid is infinite at u = 0; this small strain rate, squared
+# and added, keeps the Jacobian finite there.
 _SMALLEST_SQUARE = 1e-90**2
 
 
@@ -32,11 +32,9 @@ def rounded_viscous_stress(
 ) -> tuple[float, float, float]:
     """Viscous stress [Pa] and its slope [Pa s/m], with the cusp at u = 0 rounded for |u| < u_s.
 
-    The third value, the derivative with respect to ln(phi), is 0.
-
-    For gamma < 0 the strain rate in the viscosity, Eq. 7, is sqrt(u^2 + u_s^2)/h: odd in u, the
-    slope finite, the relative change of the stress |gamma|/2 (u_s/u)^2. For gamma >= 0 it is
-    `viscous_stress`.
+    The third value, the derivative with respect to ln(phi), is 0. For gamma < 0 the strain rate in
+    the viscosity, Eq. 7, is sqrt(u^2 + u_s^2)/h. The stress is then odd in u, its slope is finite,
+    and its relative change is |gamma|/2 (u_s/u)^2. For gamma >= 0 it equals `viscous_stress`.
     """
     h, k, gamma = p.film_thickness, p.viscosity_coefficient, p.rheological_index
     rate = u / h
@@ -56,7 +54,7 @@ def _has_cusp(p: Parameters) -> bool:
 
 @inline
 def _stable_slope(p: Parameters, u: float, phi: float) -> float:
-    """Slope at the fastest slip; 0 for a shear-thinning fluid, whose slope peaks at the cusp."""
+    """Slope at the largest slip; 0 for a pseudoplastic fluid, whose slope peaks at the cusp."""
     return rounded_viscous_stress(p, u, phi, 0.0)[1] if p.rheological_index >= 0.0 else 0.0
 
 

@@ -1,8 +1,7 @@
-"""What every law of the viscous stress promises: odd, rising, its slope, its rounding, its units.
+"""The promises of every law of the viscous stress: odd, rising, with correct slopes and units.
 
-Tests try all laws of stickslip; one from elsewhere is tried when it is loaded. The law is sampled
-by a kernel, which is cached as all others, at speeds from far below a locked block's to a meter per
-second.
+Tests check all laws of stickslip; a law from outside is checked when it is loaded. A kernel, cached
+like all others, samples the law at speeds from far below the slip of a locked block to 1 m/s.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ FLUIDS = (
     *({"gamma": gamma} for gamma in (-0.9, -2 / 3, -0.5, -1 / 3, 0.0, 1 / 3, 2 / 3, 2.0, 5.0)),
     {"k": 1.0, "h": 1e-8},
 )
-"""Those in which a law is tried that names no others."""
+"""The fluids in which a law is checked if it declares none."""
 
 _SPEEDS = np.geomspace(1e-15, 1.0, 61)
 _BOTH_WAYS = np.concatenate([-_SPEEDS[::-1], _SPEEDS])
@@ -41,7 +40,7 @@ _STENCIL, _WEIGHTS = np.array([-2, -1, 1, 2]), np.array([1, -8, 8, -1]) / 12  # 
 
 
 class _Values(NamedTuple):
-    """A law at some speeds (n,): what its functions return."""
+    """The values of the functions of a law at some speeds (n,)."""
 
     stress: Array
     rounded: Array
@@ -49,7 +48,7 @@ class _Values(NamedTuple):
     over_psi: Array
     stable_slope: Array
     in_own_units: Array
-    """The stress again, computed in the point's own units."""
+    """The stress, computed in the units of the point."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class Fluid:
         return bool(self._sampled(0.0, _PHI, 0.0)[0, -1])
 
     def at(self, u: ArrayLike, phi: ArrayLike = _PHI, u_s: ArrayLike = 0.0) -> _Values:
-        """Return the law at speeds `u` [m/s], order parameters and widths `u_s` [m/s] (n,)."""
+        """Return the values at speeds `u` [m/s], order parameters and widths `u_s` [m/s] (n,)."""
         return _Values(*self._sampled(u, phi, u_s).T[:-1])
 
     def _sampled(self, *places: ArrayLike) -> Array:
@@ -78,14 +77,14 @@ class Fluid:
 
 
 def fluids_of(law: FrictionLaw, name: str) -> list[Fluid]:
-    """Return the fluids in which a law is tried, under a name that no other law has.
+    """Return the fluids in which a law is checked; `name` must be unique to the law.
 
-    Raises LawError if it cannot be compiled, or names parameters that there are not.
+    Raises LawError if it cannot be compiled, or names unknown or unsuitable parameters.
     """
-    own = [name for name, variable in PARAMETERS.items() if not variable.in_paper]
+    beyond_paper = [name for name, variable in PARAMETERS.items() if not variable.in_paper]
     for each in {*law.parameters, *law.scaled} - PARAMETERS.keys():
-        raise LawError(f"there is no parameter {each!r}; those of a law are k and gamma")
-    for each in law.scaled.keys() - {"viscosity_coefficient", "rheological_index", *own}:
+        raise LawError(f"there is no parameter {each!r}; a law uses k and gamma")
+    for each in law.scaled.keys() - {"viscosity_coefficient", "rheological_index", *beyond_paper}:
         raise LawError(f"`scaled` has {each}, on which more depends than the law")
     try:
         points = [Parameters(**fluid) for fluid in law.fluids or FLUIDS]
@@ -100,11 +99,11 @@ def fluids_of(law: FrictionLaw, name: str) -> list[Fluid]:
 
 
 def require_promises(law: FrictionLaw, name: str) -> None:
-    """Raise LawError if the law breaks a promise: in which fluid, at which speed, by how much."""
+    """Raise LawError, with the fluid, the speed and the values, if the law breaks a promise."""
     for fluid in fluids_of(law, name):
         for promise in PROMISES:
             promise(fluid)
-    # In the first fluid, as parameters of one may be without effect in another.
+    # In the first fluid alone, because a parameter may have no effect in another.
     fluid = fluids_of(law, name)[0]
     for each in law.parameters:
         changed = fluid.p._replace(**{each: 0.9 * getattr(fluid.p, each)})
@@ -116,7 +115,7 @@ def require_promises(law: FrictionLaw, name: str) -> None:
 
 
 def odd(fluid: Fluid) -> None:
-    """The stress is odd, bit for bit, and has the sign of the slip; NaN goes through."""
+    """The stress is odd, bit for bit, and has the sign of the slip; NaN gives NaN."""
     stress, opposite = fluid.at(_SPEEDS).stress, fluid.at(-_SPEEDS).stress
     _require(fluid, "stress > 0 for u > 0", stress > 0, _SPEEDS, stress)
     _require(fluid, "stress(-u) = -stress(u)", opposite == -stress, _SPEEDS, opposite, -stress)
@@ -126,7 +125,7 @@ def odd(fluid: Fluid) -> None:
 
 
 def rising_with_the_slip(fluid: Fluid) -> None:
-    """The stress does not fall with the slip: friction only ever dissipates."""
+    """The stress does not fall with the slip, so that friction always dissipates."""
     speeds = np.concatenate([-_SPEEDS[::-1], [0.0], _SPEEDS])
     values = fluid.at(speeds)
     before = np.concatenate([[-np.inf], values.stress[:-1]])
@@ -157,8 +156,8 @@ def slope(fluid: Fluid) -> None:
     """The second value of `rounded` is the derivative over u."""
     step, values = 1e-3 * _BOTH_WAYS, fluid.at(_BOTH_WAYS)
     expected = _difference(fluid, _BOTH_WAYS, step, 0.0)
-    # Where the stress is nearly constant the differences lose digits, and a law need not be exact
-    # to more than a rounding of its stress at the speed of the drive.
+    # Where the stress is nearly constant, differences lose digits; and a law may be wrong by the
+    # rounding of its stress at the speed of the drive.
     size = np.abs(_BOTH_WAYS)
     noise = (1e-11 * np.abs(values.stress) + 1e-13 * fluid.at(_DRIVE).stress) / size
     close = _is_close(values.slope, expected, 1e-9, noise)
@@ -166,7 +165,7 @@ def slope(fluid: Fluid) -> None:
 
 
 def finite_at_rest(fluid: Fluid) -> None:
-    """All is finite where the blocks move together, and the stress vanishes."""
+    """Where the blocks move together, all values are finite and the stress is 0."""
     for u_s in (0.0, _U_S):
         values = fluid.at(_AT_REST, u_s=u_s)
         finite = np.isfinite(values.slope) & (values.slope >= 0)
@@ -180,9 +179,9 @@ def finite_at_rest(fluid: Fluid) -> None:
 
 
 def exact_away_from_the_cusp(fluid: Fluid) -> None:
-    """The rounded law is the exact one away from a cusp, and everywhere where there is none."""
+    """The rounded law equals the exact one away from a cusp; without a cusp it does everywhere."""
     exact = fluid.at(_BOTH_WAYS)
-    parts = {part: 20 * part**2 + 1e-13 for part in (1e-3, 1e-5, 1e-7)}  # it falls as the square
+    parts = {part: 20 * part**2 + 1e-13 for part in (1e-3, 1e-5, 1e-7)}  # error falls as the square
     for part, error in parts.items() if fluid.has_cusp else ((10.0, 1e-13), *parts.items()):
         values, what = fluid.at(_BOTH_WAYS, u_s=part * np.abs(_BOTH_WAYS)), f"at u_s = {part:g} |u|"
         for name, of, as_of in (
@@ -214,11 +213,11 @@ def rounded_slope(fluid: Fluid) -> None:
     _require(fluid, f"slope = d stress/du, rounded at u_s = {_U_S:g} m/s", close, u, of, expected)
 
 
-# --- what a law says about itself ----------------------------------------------------------------
+# --- declarations of a law -----------------------------------------------------------------------
 
 
 def cusp(fluid: Fluid) -> None:
-    """A cusp is where the slope has no bound."""
+    """The slope is unbounded at a cusp, and only there."""
     speeds = np.array([0.0, 1e-15, 1e-6])
     at_rest, near, far = slopes = fluid.at(speeds).slope
     if fluid.has_cusp:
@@ -232,7 +231,7 @@ def cusp(fluid: Fluid) -> None:
 
 
 def stable_slope(fluid: Fluid) -> None:
-    """The stable slope bounds the slopes up to a speed, but for a cusp."""
+    """The stable slope bounds the slopes up to a speed, except at a cusp."""
     stable = fluid.at(_SPEEDS).stable_slope
     bounded = np.isfinite(stable) & (stable >= 0)
     _require(fluid, "stable_slope is finite and >= 0", bounded, _SPEEDS, stable)
@@ -243,7 +242,7 @@ def stable_slope(fluid: Fluid) -> None:
 
 
 def scaled(fluid: Fluid) -> None:
-    """The stress is the same in the units of the kernels: no number with a unit is hidden."""
+    """The stress is the same in the units of kernels, so that no number with a unit is hidden."""
     speeds = np.array([-2.0, 1e-3, 1.0, 30.0]) * _DRIVE
     values = fluid.at(speeds)
     same = _is_close(values.in_own_units, values.stress, 1e-12)
@@ -268,34 +267,30 @@ PROMISES: tuple[Callable[[Fluid], None], ...] = (
     stable_slope,
     scaled,
 )
-"""Functions that raise LawError where a law in a fluid breaks the promise they are named by."""
+"""The promises, as functions that raise LawError if a law breaks them in a fluid."""
 
 
 def _require(
     fluid: Fluid, what: str, holds: Any, u: Any, found: Array, expected: Array | None = None
 ) -> None:
-    """Raise LawError where something does not hold at one of the speeds `u` (n,)."""
+    """Raise LawError if a promise does not hold at one of the speeds `u` (n,)."""
     if np.all(holds):
         return
     first = int(np.argmin(holds))
-    p = ", ".join(f"{PARAMETERS[name].symbol} = {value:g}" for name, value in _own(fluid.p))
+    own = ("viscosity_coefficient", "rheological_index")
+    p = ", ".join(f"{PARAMETERS[name].symbol} = {getattr(fluid.p, name):g}" for name in own)
     right = "" if expected is None else f" instead of {expected[first]!s}"
     raise LawError(f"not so: {what}, at u = {u[first]:g} m/s, {p}: {found[first]!s}{right}")
 
 
-def _own(p: Parameters) -> list[tuple[str, float]]:
-    """Return the parameters that fluids differ in."""
-    return [(name, getattr(p, name)) for name in ("viscosity_coefficient", "rheological_index")]
-
-
 def _difference(fluid: Fluid, u: Array, step: Array, u_s: float) -> Array:
-    """Return the derivative of the rounded stress by differences, or of the exact one for 0."""
+    """Return the derivative of the rounded stress, or of the exact one for u_s = 0, numerically."""
     near = fluid.at(u[:, None] + step[:, None] * _STENCIL, u_s=u_s)
     return (near.rounded if u_s else near.stress).reshape(-1, 4) @ _WEIGHTS / step
 
 
 def _is_close(of: Array, as_of: Array, relative: float, absolute: Any = 0.0) -> Any:
-    """Return where numbers (n,) are as others; what is not finite is not."""
+    """Return where numbers (n,) are close to others; numbers that are not finite never are."""
     return np.abs(of - as_of) <= np.maximum(relative * np.abs(as_of), absolute)
 
 
@@ -304,10 +299,10 @@ def _is_close(of: Array, as_of: Array, relative: float, absolute: Any = 0.0) -> 
 
 @kernel_factory
 def _sample_kernel(name: str, law: FrictionLaw) -> Any:
-    """Return the kernel (point, where, own, out) of a law at `where` (n, 3): u, phi and u_s.
+    """Return the kernel (point, where, own, out) that samples a law at `where` (n, 3): u, phi, u_s.
 
-    `point` (parameters,) in SI units and, output, `own` (reduced parameters,) in those of it; `out`
-    (n, 7) are `_Values`, and whether there is a cusp.
+    `point` (parameters,) is in SI units. The kernel writes the reduced parameters into `own`, and
+    `_Values` and whether the law has a cusp into `out` (n, 7).
     """
     stress, rounded, has_cusp, stable = law.stress, law.rounded, law.has_cusp, law.stable_slope
     parameters_of, reduced_of = make_row_reader(ParameterValues), make_row_reader(scaling.Reduced)

@@ -1,7 +1,7 @@
-"""What every law of the viscous stress promises: our laws keep it, and what breaks it is named.
+"""The promises of laws of the viscous stress: our laws keep them, and messages name broken ones.
 
-A new law in `options.FRICTION_LAWS` is tested by being there; fluids with other parameters than
-those of `promises.FLUIDS` belong there, or into the `fluids` of the law.
+Every law in `options.FRICTION_LAWS` is tested, in the `fluids` that it declares or in
+`promises.FLUIDS`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def test_a_law_keeps_its_promises(name: str, fluid: int, promise: Callable[[Flui
 
 
 @pytest.mark.parametrize("name", FRICTION_LAWS)
-def test_a_law_of_ours_is_let_in_as_one_from_elsewhere(name: str) -> None:
+def test_a_law_of_stickslip_passes_the_checks_of_outside_laws(name: str) -> None:
     require_promises(friction_law(name), name)
 
 
@@ -42,7 +42,7 @@ def test_an_unknown_law_is_refused() -> None:
         friction_law("no-such-law")
 
 
-# --- what breaks a promise ------------------------------------------------------------------------
+# --- broken promises ------------------------------------------------------------------------------
 
 
 def newtonian(p: Parameters, u: float, phi: float) -> float:
@@ -63,7 +63,7 @@ SOUND: dict[str, Any] = {
 
 
 def fluid_of(**functions: Any) -> Fluid:
-    """A fluid whose law is these functions in plain Python; `own` is it in the point's units."""
+    """A fluid with a law in plain Python; `own` is the stress in the units of the point."""
     f = SOUND | functions
 
     def sample(point: np.ndarray, where: np.ndarray, _: np.ndarray, out: np.ndarray) -> None:
@@ -176,8 +176,6 @@ def law_of(**changes: Any) -> FrictionLaw:
         ({"fluids": ({"gamma": -2.0},)}, "`fluids`: rheological_index must be greater than -1"),
     ],
 )
-def test_a_law_that_declares_what_cannot_be_is_refused(
-    changes: dict[str, Any], message: str
-) -> None:
+def test_a_law_with_invalid_declarations_is_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(LawError, match=message):
         fluids_of(law_of(**changes), "newtonian")

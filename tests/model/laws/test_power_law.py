@@ -33,7 +33,7 @@ def slope(p: Parameters, u: float) -> float:
     return rounded_viscous_stress(p, u, PHI, 0.0)[1]
 
 
-def test_the_law_declares_the_indices_that_have_kernels_of_their_own() -> None:
+def test_the_law_declares_the_indices_with_specialised_kernels() -> None:
     assert LAW.special_indices == tuple(SPECIAL)
     assert set(LAW.parameters) == {"viscosity_coefficient", "rheological_index"}
 
@@ -57,7 +57,7 @@ def test_the_pseudoplastic_stress_at_the_speed_of_the_drive_is_a_megapascal() ->
 @given(u=signed_speeds)
 def test_the_special_indices_agree_with_the_general_power(gamma: float, u: float) -> None:
     rate = abs(u) / H
-    # (gamma + 1) is rounded, which the power amplifies by ln(rate): count that out.
+    # (gamma + 1) is rounded, and the power amplifies the error by ln(rate).
     power = math.copysign(K_VISCOUS * rate ** (gamma + 1.0), u)
     rounding = 2.3e-16 * abs(math.log(rate)) if rate > 0 else 0.0
     assert viscous_stress(fluid(gamma), u, PHI) == pytest.approx(power, rel=1e-14 + rounding, abs=0)
@@ -69,7 +69,9 @@ def test_only_a_pseudoplastic_fluid_has_a_cusp(gamma: float) -> None:
 
 
 @pytest.mark.parametrize("gamma", INDICES)
-def test_the_stable_slope_is_that_of_the_fastest_slip_and_leaves_out_the_cusp(gamma: float) -> None:
+def test_the_stable_slope_is_that_at_the_fastest_slip_without_the_cusp(
+    gamma: float,
+) -> None:
     p = fluid(gamma)
     expected = 0.0 if gamma < 0 else slope(p, 3e-6)
     assert LAW.stable_slope(p, 3e-6, PHI) == expected
@@ -79,7 +81,7 @@ def test_the_stable_slope_is_that_of_the_fastest_slip_and_leaves_out_the_cusp(ga
 
 THINNING = [-0.999, -0.9, -2 / 3, -0.5, -0.1]
 U_S = 8e-12
-"""A tolerance of 1e-6 of the drive's largest speed."""
+"""1e-6 of the largest speed of the drive."""
 
 
 def rounded(u: float, gamma: float, u_s: float = U_S) -> tuple[float, float]:
@@ -99,7 +101,7 @@ def test_rounding_changes_the_stress_by_no_more_than_stated(
 
 
 @pytest.mark.parametrize("gamma", THINNING)
-def test_the_stated_change_is_no_exaggeration(gamma: float) -> None:
+def test_the_stated_change_is_reached(gamma: float) -> None:
     u = 30 * U_S
     bound = 0.5 * abs(gamma) * (U_S / u) ** 2
     change = 1 - rounded(u, gamma)[0] / viscous_stress(fluid(gamma), u, PHI)
@@ -119,5 +121,5 @@ def test_the_rounded_slope_at_rest_is_finite_and_the_largest(gamma: float) -> No
 def test_the_rounded_stress_is_continuous_in_the_index(gamma: float, u: float) -> None:
     neighbour = math.nextafter(gamma, 1.0)
     if gamma == 0.0 and u == 1e-18:
-        return  # just below 0 the rounding sets in
+        return  # the rounding begins just below 0
     assert rounded(u, neighbour) == pytest.approx(rounded(u, gamma), rel=3e-14, abs=0)
