@@ -1,1 +1,1 @@
-"""Measurements along an orbit and the result row made of them, the same for all methods."""
+"""Measurements along an orbit, and the result row that follows from them, for all methods."""

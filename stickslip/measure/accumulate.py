@@ -1,8 +1,8 @@
-"""The record of an orbit: extrema, work, phases of the film, accumulated along the way.
+"""The record of an orbit: extrema, work and phases of the film, accumulated along the motion.
 
-A record is an array with the slots of `RECORD_TABLE`, in the units in which the equations are
-integrated. Lanes keep it in consecutive slots. A method decides at which points of a step to call
-these functions; they are free of branches, so that loops over lanes vectorise.
+A record is an array with the slots of `RECORD_TABLE`, in the units of the integration. Lanes keep
+it in consecutive slots. Each method decides where in a step it calls these functions; they have no
+branches, so that loops over lanes vectorise.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from stickslip.compiled.elementary import sine_and_cosine
 from stickslip.compiled.fields import make_function
 from stickslip.numerics.lane_array import lane_array
 
-# How a slot is reduced: to the highest and lowest value, which are neighbours and change places in
-# the mirror image of a motion; to a sum; to the largest value of a quantity without a sign; to a
-# phase of the film, which is a label.
+# The reduction of a slot: to the highest or the lowest value, which are neighbours and change
+# places in the mirror image of a motion; to a sum; to the largest value of a quantity without a
+# sign; or to a phase of the film, which is a label.
 HIGHEST, LOWEST, SUM, LARGEST, PHASE = range(5)
 
 
 class Moment(NamedTuple):
-    """A motion at one instant, in the units of a record: the argument of integrands."""
+    """A motion at one instant, in the units of a record; the argument of integrands."""
 
     x: float
     V: float
@@ -38,21 +38,20 @@ class Moment(NamedTuple):
     """The power of the drive minus the dissipation in film and block."""
 
     loss: float
-    """The power of the drive but for that which the block gains."""
+    """The power of the drive minus that which the block gains."""
 
     motion: float
-    """The force that moves the block in proportion to x at the frequency of the drive."""
+    """`block.harmonic_force`, or F in methods that measure the force itself."""
 
     phase: float
     """The phase of the drive [rad]."""
 
 
 class Slot(NamedTuple):
-    """A slot of a record: its meaning, how it is reduced, and its unit.
+    """A slot of a record: its meaning, its reduction and its unit.
 
-    `unit` is an index into the units of `results.slot_units`. If a sum is an integral over time,
-    `integrand` is an inline function of a Moment, which must be the same in the mirror image of the
-    motion.
+    `unit` is an index into `results.slot_units`. If a sum is an integral over time, `integrand` is
+    an inline function of a Moment, with the same value in the mirror image of the motion.
     """
 
     meaning: str
@@ -62,7 +61,7 @@ class Slot(NamedTuple):
 
 
 STRESS, FORCE, WORK, TIME, NUMBER, IMPULSE, SIZE, SQUARE = range(8)
-"""Units of slots; the last three are force times time, the same of |F|, and of F squared."""
+"""The units of slots; the last three belong to the integrals of F, |F| and F^2 over time."""
 
 
 @inline
@@ -121,7 +120,7 @@ RECORD_TABLE = (
     Slot("largest friction force", HIGHEST, FORCE),
     Slot("least friction force", LOWEST, FORCE),
     Slot("work done on the block", SUM, WORK, _power),
-    Slot("work of the drive but for that on the block", SUM, WORK, _loss),
+    Slot("work of the drive minus the work on the block", SUM, WORK, _loss),
     Slot("integral of |F V|", SUM, WORK, _absolute_power),
     Slot("largest order parameter", LARGEST, NUMBER),
     Slot("meltings", SUM, NUMBER),
@@ -140,12 +139,12 @@ RECORD_TABLE = (
     Slot("integral of F^2", SUM, SQUARE, _square),
     Slot("integral of |F|", SUM, SIZE, _size),
 )
-"""The slots of a record, in order: the only list of them."""
+"""The only list of the slots of a record, in their order."""
 
 RECORD = len(RECORD_TABLE)
-"""Length of a record."""
+"""The length of a record."""
 
-# A slot without a name here, or a name without a slot, makes this statement fail.
+# This statement fails if a slot has no name here, or a name no slot.
 (
     STRESS_MAX,
     STRESS_MIN,
@@ -174,18 +173,18 @@ RECORD = len(RECORD_TABLE)
 
 
 def slots_of(*reducers: int) -> tuple[int, ...]:
-    """The slots with one of these reducers."""
+    """Return the slots with one of these reducers."""
     return tuple(i for i, slot in enumerate(RECORD_TABLE) if slot.reducer in reducers)
 
 
 EXTREMA = slots_of(HIGHEST, LOWEST)
-"""The slots of a record that are extrema of observables."""
+"""The slots with extrema of observables."""
 
 INTEGRALS = (LOSS, IN_PHASE, OUT_OF_PHASE, MOTION_IN_PHASE, MOTION_OUT_OF_PHASE)
-"""The slots of integrals whose errors are stated."""
+"""The slots with integrals that have an error estimate."""
 
 SENSITIVE = (*EXTREMA, *INTEGRALS)
-"""The slots of which it is known how they depend on the state in which a record begins."""
+"""The slots with known derivatives with respect to the initial state of a record."""
 
 _HIGHEST = slots_of(HIGHEST)
 
@@ -195,7 +194,7 @@ _EMPTY = tuple(
 """An empty record."""
 
 UNSEEN, MELTED, SOLID = 0.0, 1.0, 2.0
-"""Phases of the film; between the two thresholds it keeps the phase that it had."""
+"""Phases of the film, which keeps its phase between the two thresholds."""
 
 LIQUID, SOFT, HARD = 1.0, 2.0, 3.0
 """Phases of a film with two solids."""
@@ -205,31 +204,31 @@ class Accumulator(NamedTuple):
     """Inline functions that update the record of a lane."""
 
     clear: Callable[..., None]
-    """(lanes, lane): clear the record for an orbit."""
+    """(lanes, lane): empty the record."""
 
     see_extremum: Callable[..., None]
     """(lanes, lane, slot, value, accepted): update the maximum in `slot` and the minimum in the
     next one, if the value is `accepted`."""
 
     see_phase: Callable[..., None]
-    """(lanes, lane, phi, solid, melted, duration, accepted): update the largest order parameter,
-    and count a melting: from phi >= solid to phi <= melted. `phi` is the value at the end of an
-    interval of this `duration`, or represents it."""
+    """(lanes, lane, phi, solid, melted, duration, accepted): update the largest order parameter and
+    the times, and count meltings, from phi >= solid to phi <= melted. `phi` is the value at the end
+    of an interval of this `duration`, or represents the interval."""
 
     see_solid: Callable[..., None]
-    """(lanes, lane, is_liquid, is_soft, is_hard, accepted): count a direct change between a soft
-    and a hard solid; where none of the three holds, the film keeps its phase."""
+    """(lanes, lane, is_liquid, is_soft, is_hard, accepted): count direct changes between a soft and
+    a hard solid. If none of the three holds, the film keeps its phase."""
 
     add: Callable[..., None]
     """(lanes, lane, slot, value, accepted): add to a sum."""
 
     mirror: Callable[..., None]
-    """(lanes, lane): change the signs of stress and force: maxima become minima."""
+    """(lanes, lane): change the signs of stress and force, so that maxima become minima."""
 
 
 @cache
 def accumulator(lanes: int, first: int) -> Accumulator:
-    """Return the accumulator of records that begin in the slot `first` of so many lanes."""
+    """Return the accumulator of records that begin at the slot `first` of an array of `lanes`."""
     array = lane_array(lanes)
     get, put = array.get, array.put
 
@@ -292,7 +291,7 @@ def accumulator(lanes: int, first: int) -> Accumulator:
     @inline
     def add(lanes: np.ndarray, lane: int, slot: int, value: float, accepted: bool) -> None:
         total = get(lanes, first + slot, lane)
-        # A value that is not accepted may be infinite or NaN: a choice, not a factor of 0.
+        # A choice instead of a factor 0, because a rejected value may be infinite or NaN.
         put(lanes, first + slot, lane, total + value if accepted else total)
 
     @inline
@@ -308,8 +307,8 @@ def accumulator(lanes: int, first: int) -> Accumulator:
 def make_see_integrals(record: Accumulator, weights: tuple[float, ...]) -> Callable[..., None]:
     """Return the function that adds a step to the integrals of a record, with quadrature weights.
 
-    Its arguments are (lanes, lane, moments, duration, accepted), with `moments` at the nodes. It is
-    written out: indexing the moments by a variable would prevent vectorisation.
+    Its arguments are (lanes, lane, moments, duration, accepted), with `moments` at the nodes. Its
+    source is generated, because indexing the moments by a variable would prevent vectorisation.
     """
     lines, names = [], dict[str, Any](add=record.add)
     for slot, (_, _, _, integrand) in enumerate(RECORD_TABLE):
@@ -317,10 +316,8 @@ def make_see_integrals(record: Accumulator, weights: tuple[float, ...]) -> Calla
             names[f"integrand{slot}"] = integrand
             values = [f"integrand{slot}(moments[{node}])" for node in range(len(weights))]
             terms = (f" + {w!r} * {value}" for w, value in zip(weights, values, strict=True))
-            # The 0 leaves only one way to fuse.
+            # The leading 0 leaves only one way to fuse operations.
             mean = values[0] if weights == (1.0,) else f"0.0{''.join(terms)}"
             lines.append(f"add(lanes, lane, {slot}, duration * ({mean}), accepted)")
-    see: Any = make_function(
-        f"see_integrals[{len(weights)}]", "lanes, lane, moments, duration, accepted", lines, names
-    )
-    return see
+    arguments = "lanes, lane, moments, duration, accepted"
+    return make_function(f"see_integrals[{len(weights)}]", arguments, lines, names)

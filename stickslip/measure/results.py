@@ -1,8 +1,8 @@
-"""From the record of a stationary orbit to its result row, the same for all methods.
+"""The result row of a stationary orbit, from its record, for all methods.
 
-Everything here is in SI units, for the whole orbit. `cycle` counts half periods: an orbit that
-closes after an odd number of them repeats those with opposite signs, so a method need not compute
-them twice; `write_whole_orbit` allows for that.
+Everything here is in SI units and for the whole orbit. `cycle` counts half periods. If a motion
+repeats after an odd number of them, it does so with opposite signs, so that a method need not
+compute the second half of the orbit; `write_whole_orbit` adds it.
 """
 
 from __future__ import annotations
@@ -65,15 +65,15 @@ _LIQUID, _LOCKED = int(Regime.LIQUID), int(Regime.LOCKED)
 _SYMMETRIC, _ASYMMETRIC = int(Regime.STICK_SLIP_SYMMETRIC), int(Regime.STICK_SLIP_ASYMMETRIC)
 _SUBHARMONIC, _APERIODIC = int(Regime.SUBHARMONIC), int(Regime.APERIODIC)
 
-# Power balance error above which an orbit is rejected.
+# An orbit with a larger power balance error is rejected.
 _POWER_BALANCE_LIMIT = 1e-2
 
-# Errors of amplitudes and of the power balance are relative to at least this fraction of what the
-# full force would give: a vanishing force does only rounding errors as work, and near melting the
-# stress itself is a meaningless scale.
+# The scale of errors of amplitudes and of the power balance is at least this fraction of the scale
+# of the full force. The work of a vanishing force is rounding error, and near melting the stress is
+# a meaningless scale.
 _SMALL_PART = 0.01
 
-# The order parameter may exceed its bound by rounding and integration errors.
+# The order parameter may exceed its bound by this factor, through rounding and integration errors.
 _BOUND_MARGIN = 1.001
 
 full_force = drive.full_force
@@ -91,9 +91,9 @@ else:
 
 
 class RecordUnits(NamedTuple):
-    """The units of a record in SI units; those of stress, force and length change sign with X_m.
+    """The units of a record in SI; the units of stress, force and length change sign with X_m.
 
-    The unit of `time` is in half periods of the drive.
+    The unit of time is in half periods of the drive.
     """
 
     length: float
@@ -104,14 +104,14 @@ class RecordUnits(NamedTuple):
 
 @inline
 def record_units(p: Parameters, units: Units) -> RecordUnits:
-    """The units of a record that is kept in a point's own units."""
+    """Return the units of a record in the units of a point."""
     halves = units.time * p.angular_frequency / math.pi
     return RecordUnits(units.length, units.stress, units.force, halves)
 
 
 @inline
 def slot_units(units: RecordUnits) -> tuple[float, ...]:
-    """The unit of each kind of slot in SI units, in the order of `accumulate.STRESS`..."""
+    """Return the SI units of the kinds of slots, in the order of `accumulate.STRESS`, ..."""
     work, impulse = units.force * units.length, units.force * units.time
     square = units.force * impulse
     return (
@@ -120,16 +120,17 @@ def slot_units(units: RecordUnits) -> tuple[float, ...]:
 
 
 class Measured(NamedTuple):
-    """n measured motions: everything that their result rows are made of.
+    """Everything that determines the result rows of n motions.
 
-    `records` (n, RECORD) of whole orbits in SI units, and the `uncertainties` (n, RECORD) of their
-    INTEGRALS, NaN where unknown, 0 in other slots; `cycles` (n,) half periods after which they
-    close, `begins` and `ends` (n, 2 or more) the states (x, v, ...) before and after these;
-    `symmetric` (n,) if a motion is its own mirror image half a period later; `amplitudes` (n, 2) of
-    stress and force, their `errors` (n,), their `spreads` (n, 2) among single drive periods;
-    Floquet `multipliers` (n,); Lyapunov `exponents` (n,), NaN for closed orbits; drive `periods`
-    (n,) integrated; `statuses` (n,): of a motion that is neither OK nor APERIODIC only this and the
-    periods count.
+    `records` (n, RECORD) describe whole orbits in SI units. `uncertainties` (n, RECORD) are the
+    errors of their INTEGRALS, NaN if unknown, and 0 in other slots. `cycles` (n,) are the half
+    periods after which the motions repeat; `begins` and `ends` (n, 2 or more) are the states (x, v,
+    ...) before and after these. `symmetric` (n,) says whether a motion is its own mirror image half
+    a period later. `amplitudes` (n, 2) belong to stress and force, with `errors` (n,) and
+    `spreads` (n, 2) among single drive periods. `multipliers` (n,) are Floquet multipliers,
+    `exponents` (n,) Lyapunov exponents, NaN for closed orbits; `periods` (n,) counts the integrated
+    drive periods. If a status in `statuses` (n,) is neither OK nor APERIODIC, only the status and
+    the periods matter.
     """
 
     records: np.ndarray
@@ -149,13 +150,13 @@ class Measured(NamedTuple):
 
 @inline
 def _passes(cycle: int) -> int:
-    """Number of times that a cycle of half periods is repeated until the orbit closes."""
+    """Number of repetitions of a cycle of half periods until the orbit closes."""
     return 2 if cycle % 2 == 1 else 1
 
 
 @inline
 def halves_of(cycle: int) -> int:
-    """Half periods after which an orbit closes that repeats its cycle of half periods."""
+    """Number of half periods after which an orbit with this cycle closes."""
     return cycle * _passes(cycle)
 
 
@@ -163,9 +164,9 @@ def halves_of(cycle: int) -> int:
 def write_whole_orbit(
     record: np.ndarray, units: RecordUnits, cycle: int, target: np.ndarray
 ) -> None:
-    """Write the record of a whole orbit, in SI units, from one (RECORD,) of `cycle` half periods.
+    """Write the record (RECORD,) of a whole orbit, in SI units, from `cycle` half periods of it.
 
-    `target` (RECORD,) is output; times are in half periods.
+    It is written into `target` (RECORD,), with times in half periods.
     """
     write_stretch(record, units, _passes(cycle), target)
     target[MELTINGS] = _passes(cycle) * _melting_count(record)
@@ -179,8 +180,8 @@ def write_whole_orbit(
 def write_stretch(record: np.ndarray, units: RecordUnits, passes: int, target: np.ndarray) -> None:
     """Convert the record (RECORD,) of a stretch of motion to SI units.
 
-    `passes` is 2 if the mirror image of the stretch follows it, else 1; `target` (RECORD,) is
-    output, with times in half periods.
+    `passes` is 2 if the mirror image of the stretch follows, else 1. The result is written into
+    `target` (RECORD,), with times in half periods.
     """
     unit = slot_units(units)
     for slot in range(RECORD):
@@ -197,14 +198,14 @@ def write_stretch(record: np.ndarray, units: RecordUnits, passes: int, target: n
 
 @jit
 def _melting_count(record: np.ndarray) -> float:
-    """Solid to liquid transitions, counted cyclically."""
+    """Number of meltings, counted cyclically."""
     wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
     return record[MELTINGS] + (1.0 if wrapped else 0.0)
 
 
 @jit
 def _solid_changes(record: np.ndarray) -> float:
-    """Changes between a soft and a hard solid, counted cyclically."""
+    """Number of changes between a soft and a hard solid, counted cyclically."""
     first, last = record[FIRST_SOLID], record[LAST_SOLID]
     wrapped = first != last and first >= SOFT and last >= SOFT
     return record[SOLID_CHANGES] + (1.0 if wrapped else 0.0)
@@ -212,10 +213,10 @@ def _solid_changes(record: np.ndarray) -> float:
 
 @jit
 def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -> float:
-    """Difference of the extrema of two orbits, of stress or force, whichever is larger.
+    """Relative difference of the extrema of two orbits, of stress or force, whichever is larger.
 
-    The sum of the differences of maximum and minimum, relative to max(amplitude, 1 % of the full
-    force), divided by A for the stress; at least twice the difference of the amplitudes.
+    It is the sum of the differences of maximum and minimum over max(amplitude, 1 % of the full
+    force, divided by A for the stress). It is at least twice the difference of the amplitudes.
     """
     floor, worst = _SMALL_PART * full_force(p), 0.0
     for slot, least in ((STRESS_MAX, floor / p.contact_area), (FORCE_MAX, floor)):
@@ -229,13 +230,13 @@ def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -
 
 @inline
 def _halves(m: Measured, i: int) -> int:
-    """Half periods of the whole orbit, or of the window of an aperiodic one."""
+    """Number of half periods of the whole orbit, or of the window of an aperiodic one."""
     return halves_of(m.cycles[i])
 
 
 @inline
 def _gained_energy(p: Parameters, m: Measured, i: int) -> float:
-    """Energy that the block has gained between the begin and the end [J]."""
+    """Energy that the block gains from the beginning to the end [J]."""
     begin = block.energy(p, m.begins[i, 0], m.begins[i, 1])
     end = block.energy(p, m.ends[i, 0], m.ends[i, 1])
     return _passes(m.cycles[i]) * (end - begin)
@@ -245,16 +246,16 @@ def _gained_energy(p: Parameters, m: Measured, i: int) -> float:
 def _work_of_drive(p: Parameters, m: Measured, i: int) -> tuple[float, float]:
     """Work of the drive per drive period, and its error [J].
 
-    The work on the block is not measured, since it nearly cancels: it is the energy gained. On a
-    closed orbit that gain is 0, and the remainder is only the closure error of the measurement,
-    which can exceed a locked block's loss.
+    The work on the block is not measured, because it nearly cancels: it is the gained energy. On a
+    closed orbit this is 0, and its measured value is just the closure error, which can exceed the
+    loss of a locked block.
     """
     periods = 0.5 * _halves(m, i)
     work, error = m.records[i, LOSS], m.uncertainties[i, LOSS]
     if m.statuses[i] == APERIODIC:
         work += _gained_energy(p, m, i)
     if not math.isfinite(error):
-        error = abs(work) + m.records[i, ABSOLUTE_WORK]  # which it cannot exceed
+        error = abs(work) + m.records[i, ABSOLUTE_WORK]  # an upper bound
     return work / periods, error / periods
 
 
@@ -264,9 +265,9 @@ def _harmonic(
 ) -> tuple[float, float, float, float]:
     """First harmonic of the force, in phase and out of phase with the drive, each with its error.
 
-    0 if it was not asked for. Of a closed orbit it is known from the motion of the block. Under a
-    single cosine F V is the part out of phase times pi |X_m|: the work, in which nothing cancels,
-    tells it.
+    For a closed orbit it follows from the motion of the block. Under a single cosine the work per
+    period is pi |X_m| times the part out of phase, which therefore follows from the work, where
+    nothing cancels.
     """
     # The first Fourier coefficients are twice the means; the drive is a cosine, or its negative.
     twice, most = math.copysign(2.0, p.drive_amplitude), 2.0 * _mean(m, i, FORCE_SIZE)
@@ -278,7 +279,7 @@ def _harmonic(
     if drive.highest_harmonic(p) == 1.0:
         way = math.pi * abs(p.drive_amplitude)
         across, across_error = work / way, work_error / way
-    # None can exceed twice the mean of |F|.
+    # No coefficient exceeds twice the mean of |F|.
     if not math.isfinite(along_error):
         along_error = abs(along) + most
     if not math.isfinite(across_error):
@@ -290,8 +291,8 @@ def _harmonic(
 def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
     """Power balance error, and whether it is small enough to accept the orbit.
 
-    |work of the drive - dissipation - energy gained| divided by the integral of |F V|. The
-    dissipation is the integral of F (V - v), so the first two differ by the work on the block.
+    It is |work of the drive - dissipation - gained energy| over the integral of |F V|. The
+    dissipation is the integral of F (V - v), so that the first two differ by the work on the block.
     """
     absolute = m.records[i, ABSOLUTE_WORK]
     miss = abs(m.records[i, BLOCK_WORK] - _gained_energy(p, m, i))
@@ -303,7 +304,7 @@ def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
 
 @jit
 def _bounds_kept(p: Parameters, m: Measured, i: int) -> bool:
-    """Tell whether the order parameter stayed below the bound that only noise can exceed."""
+    """Return whether the order parameter stayed below the bound that only noise can exceed."""
     start, phi = math.exp(starting_state(p)[2]), m.records[i, PHI_MAX]
     bound = max(solids.largest_order_parameter(p), start) * _BOUND_MARGIN
     return phi <= bound or noise.may_reach(p, phi, bound)
@@ -319,7 +320,7 @@ def _asymmetry(high: float, low: float) -> float:
 def _solid_fraction(p: Parameters, m: Measured, i: int) -> float:
     """Fraction of the time in the solid phase.
 
-    Without a cubic term the thresholds may be 0, which every film exceeds; above T_c it is liquid.
+    Without a cubic term the threshold may be 0, which every film exceeds, also a liquid above T_c.
     """
     if solids.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
         return 0.0
@@ -328,7 +329,7 @@ def _solid_fraction(p: Parameters, m: Measured, i: int) -> float:
 
 @inline
 def _periods(m: Measured, i: int) -> int:
-    """The number of drive periods after which the orbit closes; 0 if it never does."""
+    """Number of drive periods after which the orbit closes; 0 if it never closes."""
     return 0 if m.statuses[i] == APERIODIC else _halves(m, i) // 2
 
 
@@ -346,16 +347,13 @@ def _regime(p: Parameters, m: Measured, i: int) -> int:
 
 @inline
 def _mean(m: Measured, i: int, slot: int) -> float:
-    """Mean over the orbit of what an optional slot is the integral of; 0 if it was not asked for.
-
-    Times are in half periods.
-    """
+    """Mean over the orbit of the integrand of a slot; times are in half periods."""
     return m.records[i, slot] / _halves(m, i)
 
 
 @inline
 def _mean_error(m: Measured, i: int, slot: int) -> float:
-    """The error of the same."""
+    """Error of `_mean`."""
     return m.uncertainties[i, slot] / _halves(m, i)
 
 
@@ -369,7 +367,7 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
     in_phase, in_phase_error, out_of_phase, out_of_phase_error = _harmonic(
         p, m, i, work, work_error
     )
-    # Numba allows no conditional among more than fifteen keywords: functions take its place.
+    # Functions replace conditionals, which Numba forbids among more than fifteen keywords.
     row = ResultRow(
         elastic_stress_amplitude=m.amplitudes[i, 0],
         friction_force_amplitude=m.amplitudes[i, 1],
@@ -407,8 +405,8 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
 def write_result(p: Parameters, m: Measured, i: int, result: np.ndarray) -> None:
     """Write the result row of motion `i`, or a failure row if the motion is not trusted.
 
-    `result` (columns,) in the order of `RESULT_COLUMNS`; its status is that of `m`, DIVERGED or
-    INVARIANT_VIOLATED.
+    `result` (columns,) is in the order of `RESULT_COLUMNS`. Its status comes from `m`, or is
+    DIVERGED or INVARIANT_VIOLATED.
     """
     if m.statuses[i] != OK and m.statuses[i] != APERIODIC:
         write_failure(result, m.periods[i], m.statuses[i])
@@ -427,7 +425,7 @@ def write_result(p: Parameters, m: Measured, i: int, result: np.ndarray) -> None
 
 @jit
 def write_failure(result: np.ndarray, periods: int, status: int) -> None:
-    """Write the result row (columns,) of a point that did not end ok."""
+    """Write the result row (columns,) of a point without a result."""
     for column in range(len(_MISSING)):
         result[column] = _MISSING[column]
     result[_PERIODS], result[STATUS] = periods, status

@@ -1,4 +1,4 @@
-"""Statistics of single drive periods, for orbits that close after several of them, or never."""
+"""Statistics of single drive periods, for orbits that close after several periods, or never."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from stickslip.measure.accumulate import (
     slots_of,
 )
 
-# Periods per batch: longer batches are more nearly independent, but there are fewer of them. With
-# fewer than this number the deviation is unknown.
+# Periods per batch, and the smallest number of batches from which the deviation is known. Longer
+# batches are more independent, but there are fewer of them.
 _BATCH_LENGTHS = (5, 10, 20)
 _FEWEST_BATCHES = 4
 
-# Number of standard deviations taken as the error of a mean.
+# The error of a mean, in standard deviations.
 _SIGMAS = 3.0
 
 _HIGHEST, _LOWEST = list(slots_of(HIGHEST, LARGEST)), list(slots_of(LOWEST))
@@ -48,21 +48,21 @@ _SUMS = list(slots_of(SUM))
 
 
 def amplitudes_of(records: np.ndarray) -> np.ndarray:
-    """Return the amplitudes (n, 2) of stress and force in records (n, RECORD), in their units."""
+    """Return the amplitudes (n, 2) of stress and force from records (n, RECORD), in their units."""
     return 0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])
 
 
 def integrals_of(records: np.ndarray) -> np.ndarray:
-    """Return the INTEGRALS (n, 3) of stretches of motion, with all the work of the drive."""
+    """Return the INTEGRALS (n, 5) of stretches of motion, with the whole work of the drive."""
     integrals = records[:, list(INTEGRALS)]
     integrals[:, INTEGRALS.index(LOSS)] += records[:, BLOCK_WORK]
     return np.asarray(integrals)
 
 
 class Window:
-    """Consecutive drive periods of n motions, added one after another.
+    """Consecutive drive periods of n motions, added one by one.
 
-    `record` (n, RECORD) is that of all periods so far, in SI units.
+    `record` (n, RECORD) covers all periods so far, in SI units.
     """
 
     def __init__(self, count: int) -> None:
@@ -73,7 +73,7 @@ class Window:
         self._integrals: list[np.ndarray] = []
 
     def add(self, records: np.ndarray) -> None:
-        """Add a period of each motion: `records` (n, RECORD) of stretches, in SI units."""
+        """Add a period of each motion, from its `records` (n, RECORD) in SI units."""
         whole, before = self.record, self.record[:, LAST_PHASE].copy()
         begin, end = records[:, FIRST_PHASE], records[:, LAST_PHASE]
         self._amplitudes.append(amplitudes_of(records))
@@ -85,7 +85,7 @@ class Window:
         kind, first = whole[:, LAST_SOLID].copy(), records[:, FIRST_SOLID]
         whole[:, SOLID_CHANGES] += (kind >= SOFT) & (first >= SOFT) & (kind != first)
         whole[:, LAST_SOLID] = np.where(first == UNSEEN, kind, records[:, LAST_SOLID])
-        known = before != UNSEEN  # a film keeps the phase that it had
+        known = before != UNSEEN  # the film keeps its phase from one period to the next
         whole[known, UNSEEN_TIME] -= records[known, UNSEEN_TIME]
         frozen = before == SOLID
         whole[frozen, SOLID_TIME] += records[frozen, UNSEEN_TIME]
@@ -95,19 +95,20 @@ class Window:
 
     @property
     def amplitudes(self) -> np.ndarray:
-        """Amplitudes of stress [Pa] and force [N] of single periods, (periods, n, 2)."""
+        """The amplitudes of stress [Pa] and force [N] of single periods, (periods, n, 2)."""
         return np.array(self._amplitudes)
 
     @property
     def integrals(self) -> np.ndarray:
-        """The INTEGRALS of single periods as of `integrals_of`, (periods, n, 3)."""
+        """The INTEGRALS of single periods, from `integrals_of`, (periods, n, 5)."""
         return np.array(self._integrals)
 
 
 def mean_in_order(values: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the mean (n,) of values (n,), added one after another.
+    """Return the mean (n,) of values (n,), added one by one.
 
-    NumPy adds those of a single motion in pairs, so its last bit would depend on its company.
+    NumPy would add the values of a single motion in pairs, so that the last bit would depend on the
+    number of motions.
     """
     return np.asarray(np.cumsum(values, axis=0)[-1] / len(values))
 
@@ -117,7 +118,7 @@ def statistics_of(singles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
     moments = np.empty((3, *singles.shape[:2]))
     for i, motion in enumerate(singles):
         for j, values in enumerate(motion):
-            # NumPy's order of addition depends on the memory layout: each motion has its own array.
+            # A separate array, because NumPy's order of addition depends on the memory layout.
             own = np.ascontiguousarray(values)
             moments[:, i, j] = own.mean(), error_of_mean(own[None]), own.std()
     means, errors, deviations = moments
@@ -127,10 +128,10 @@ def statistics_of(singles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
 def error_of_mean(values: np.ndarray) -> float:
     """Return the error of the mean of `values` (paths, periods), which are correlated along a path.
 
-    At the confidence of three standard deviations, from the means of batches of consecutive
-    periods, with Student's distribution for their number. Batches of several lengths are tried and
-    the largest error is taken, since none is known to be long enough. Infinite if there are too few
-    batches.
+    It has the confidence of three standard deviations, and follows from the means of batches of
+    consecutive periods, with Student's distribution for their number. It is the largest of the
+    errors for several batch lengths, because no length is known to be sufficient. It is infinite if
+    there are too few batches.
     """
     paths, periods = values.shape
     errors = [
@@ -142,16 +143,15 @@ def error_of_mean(values: np.ndarray) -> float:
 
 
 def _error_by_batches(values: np.ndarray, batches: int) -> float:
-    """Return the same error from this many batches per path, whose lengths differ by a period."""
-    from scipy.special import ndtr, stdtrit  # a tenth of a second, needed by few points
+    """Return the error from this many batches per path, whose lengths differ by up to a period."""
+    from scipy.special import ndtr, stdtrit  # the import takes 0.1 s, and few points need it
 
     parts = np.array_split(values, batches, axis=1)
     lengths = np.array([part.shape[1] for part in parts])
-    means = np.array(
-        [np.ascontiguousarray(part).mean(axis=1) for part in parts]
-    )  # (batches, paths)
+    # (batches, paths)
+    means = np.array([np.ascontiguousarray(part).mean(axis=1) for part in parts])
     away = np.ascontiguousarray(lengths[:, None] * (means - values.mean()) ** 2).sum()
     freedom = means.size - 1
-    # The variance of a mean over `length` periods goes as 1/length, hence the weights.
+    # The weights are there because the variance of a mean over `length` periods goes as 1/length.
     variance = float(away) / freedom / values.size
     return math.sqrt(variance) * float(stdtrit(freedom, ndtr(_SIGMAS)))

@@ -1,4 +1,4 @@
-"""The record of an orbit: extrema, work and phases, in one of many lanes and nowhere else."""
+"""The record of an orbit: extrema, work and phases, in the slots of one lane alone."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from stickslip.measure.accumulate import (
 
 LANES, LANE, FIRST = 4, 2, 3
 ALONE = accumulator(1, 0)
-"""A record that is an array by itself."""
+"""The accumulator of a record that fills a whole array."""
 
 THRESHOLD, MELTING = 0.135, 0.0135
 
@@ -85,7 +85,7 @@ def test_a_lane_touches_only_its_own_slots() -> None:
 
 
 @pytest.mark.parametrize("slot", [STRESS_MAX, FORCE_MAX])
-def test_extrema_are_those_of_what_was_seen(slot: int) -> None:
+def test_extrema_are_taken_over_accepted_values(slot: int) -> None:
     record = fresh()
     for value, seen in ((3.0, True), (9.0, False), (-2.0, True), (-8.0, False), (1.0, True)):
         ALONE.see_extremum(record, 0, slot, value, seen)
@@ -94,16 +94,15 @@ def test_extrema_are_those_of_what_was_seen(slot: int) -> None:
     assert record[other : other + 2].tolist() == [-math.inf, math.inf]
 
 
-def test_the_first_value_is_both_maximum_and_minimum() -> None:
+@pytest.mark.parametrize(
+    ("value", "extrema"), [(-4.0, [-4.0, -4.0]), (math.nan, [-math.inf, math.inf])]
+)
+def test_the_first_value_is_both_maximum_and_minimum_unless_it_is_nan(
+    value: float, extrema: list[float]
+) -> None:
     record = fresh()
-    ALONE.see_extremum(record, 0, STRESS_MAX, -4.0, True)
-    assert record[[STRESS_MAX, STRESS_MIN]].tolist() == [-4.0, -4.0]
-
-
-def test_no_number_is_neither_a_maximum_nor_a_minimum() -> None:
-    record = fresh()
-    ALONE.see_extremum(record, 0, STRESS_MAX, math.nan, True)
-    assert record[[STRESS_MAX, STRESS_MIN]].tolist() == [-math.inf, math.inf]
+    ALONE.see_extremum(record, 0, STRESS_MAX, value, True)
+    assert record[[STRESS_MAX, STRESS_MIN]].tolist() == extrema
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
@@ -139,7 +138,7 @@ def test_a_step_adds_to_every_integral_what_its_quadrature_says() -> None:
     assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0) + 6.0
 
 
-def test_integrals_of_a_moment_that_stands_for_a_step() -> None:
+def test_integrals_of_a_step_with_a_single_moment() -> None:
     record, moments = fresh(), (moment(2.0, -3.0, 4.0),)
     make_see_integrals(ALONE, (1.0,))(record, 0, moments, 2.0, True)
     assert record[ELAPSED] == 2.0
@@ -174,7 +173,7 @@ def test_the_mirror_image_exchanges_maxima_and_minima_and_keeps_the_rest() -> No
         ([0.01, 0.1, 0.01], 0, (MELTED, MELTED)),  # ... nor for a solidification before one
         ([0.05, 0.1, 0.05], 0, (UNSEEN, UNSEEN)),
         ([THRESHOLD, MELTING], 1, (SOLID, MELTED)),  # the thresholds belong to the phases
-        ([0.6, 0.05, 0.01], 1, (SOLID, MELTED)),  # in between it keeps the phase that it had
+        ([0.6, 0.05, 0.01], 1, (SOLID, MELTED)),  # between the thresholds it keeps its phase
     ],
 )
 def test_meltings_are_counted_with_hysteresis(
@@ -189,7 +188,7 @@ def test_meltings_are_counted_with_hysteresis(
     assert record[PHI_MAX] == max(course)
 
 
-def test_the_time_in_the_solid_phase_adds_up_and_so_does_that_before_a_phase_is_seen() -> None:
+def test_the_times_in_the_solid_and_before_the_first_phase_add_up() -> None:
     record = fresh()
     for phi, duration in ((0.05, 1.0), (0.6, 2.0), (0.05, 4.0), (0.01, 8.0), (0.05, 16.0)):
         ALONE.see_phase(record, 0, phi, THRESHOLD, MELTING, duration, True)
@@ -201,9 +200,9 @@ def test_the_time_in_the_solid_phase_adds_up_and_so_does_that_before_a_phase_is_
     ("phis", "changes", "first", "last"),
     [
         ([0.05, 0.0, 0.05], 0, LIQUID, LIQUID),
-        ([0.2, 0.3, 0.45, 0.3], 0, SOFT, SOFT),  # between the two it stays what it was
+        ([0.2, 0.3, 0.45, 0.3], 0, SOFT, SOFT),  # between the two it keeps its phase
         ([0.6, 0.45, 0.3, 0.45, 0.6], 2, HARD, HARD),
-        ([0.6, 0.3, 0.0, 0.6], 1, HARD, HARD),  # by way of the liquid it is another film
+        ([0.6, 0.3, 0.0, 0.6], 1, HARD, HARD),  # changes through the liquid do not count
     ],
 )
 def test_changes_between_two_solids_are_counted(

@@ -1,4 +1,4 @@
-"""The table of a record: what lists its slots reads it, so that none can be left out."""
+"""The table of a record, which all code reads that handles its slots."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_every_slot_has_one_name_and_a_meaning() -> None:
     assert accumulate.FORCE_SIZE == RECORD - 1
 
 
-def test_the_least_value_lies_behind_the_largest_of_the_same_unit() -> None:
+def test_the_least_value_follows_the_largest_in_the_same_unit() -> None:
     for slot in slots_of(HIGHEST):
         pair = RECORD_TABLE[slot : slot + 2]
         assert [each.reducer for each in pair] == [HIGHEST, LOWEST]
@@ -81,7 +81,7 @@ def test_every_slot_is_written_in_its_unit(slot: int, passes: int) -> None:
     assert not np.isnan(target).any()
 
 
-def test_units_that_turn_with_the_drive_leave_sizes_positive() -> None:
+def test_units_that_change_sign_with_the_drive_leave_sizes_positive() -> None:
     turned, target = UNITS._replace(length=-2.0, stress=-3.0, force=-5.0), np.empty(RECORD)
     write_stretch(np.ones(RECORD), turned, 1, target)
     signs = {IMPULSE: -1.0, SIZE: 1.0, SQUARE: 1.0, WORK: 1.0}
@@ -93,7 +93,7 @@ def test_units_that_turn_with_the_drive_leave_sizes_positive() -> None:
 def test_a_window_reduces_every_slot_as_the_table_says() -> None:
     window, rng = Window(1), np.random.default_rng(1)
     records = rng.uniform(1.0, 2.0, (3, 1, RECORD))
-    records[:, :, list(slots_of(PHASE))] = 0.0  # nothing was seen
+    records[:, :, list(slots_of(PHASE))] = 0.0  # no phase is known
     for each in records:
         window.add(each)
     for reducer, reduce in ((HIGHEST, np.max), (LARGEST, np.max), (LOWEST, np.min), (SUM, np.sum)):
@@ -101,7 +101,7 @@ def test_a_window_reduces_every_slot_as_the_table_says() -> None:
             assert window.record[0, slot] == pytest.approx(reduce(records[:, 0, slot]), rel=1e-15)
 
 
-def test_an_empty_record_loses_to_whatever_is_seen() -> None:
+def test_any_value_replaces_that_of_an_empty_record() -> None:
     lanes = np.full(RECORD, np.nan)
     accumulator(1, 0).clear(lanes, 0)
     assert (lanes[list(slots_of(HIGHEST))] == -np.inf).all()

@@ -36,14 +36,14 @@ SPRING = 2 * 3000.0 * 0.8e-6
 
 
 def difference(cycle: int = 2, **slots: float) -> float:
-    """That of two records of so many half periods."""
+    """The difference of two records of `cycle` half periods."""
     one, other = np.empty(RECORD), np.empty(RECORD)
     write_whole_orbit(record_of(**slots), SI, cycle, one)
     write_whole_orbit(record_of(), SI, cycle, other)
     return relative_difference(P, one, other)
 
 
-def test_the_difference_of_a_record_from_itself_is_none() -> None:
+def test_a_record_does_not_differ_from_itself() -> None:
     assert difference() == 0.0
 
 
@@ -63,8 +63,8 @@ def test_a_difference_is_relative_to_the_amplitude(
     assert difference(**slots) == pytest.approx(expected, rel=1e-6)
 
 
-def test_a_difference_of_an_odd_cycle_is_that_of_the_whole_orbit() -> None:
-    # The minimum of the half that was measured plays no part: the mirror image goes lower.
+def test_the_difference_of_an_odd_cycle_is_taken_over_the_whole_orbit() -> None:
+    # The minimum of the measured half has no effect, because the mirror image goes lower.
     assert difference(cycle=1, STRESS_MIN=-2e6) == 0.0
     assert difference(cycle=1, STRESS_MAX=3e6 + 30.0) == pytest.approx(2 * 30.0 / 3e6, rel=1e-6)
 
@@ -98,7 +98,7 @@ def test_negative_units_exchange_maximum_and_minimum() -> None:
     assert target[ABSOLUTE_WORK] > 0.0
 
 
-def test_the_record_of_an_odd_cycle_is_made_that_of_the_whole_orbit() -> None:
+def test_the_record_of_an_odd_cycle_is_extended_to_the_whole_orbit() -> None:
     target = np.empty(RECORD)
     phases = {"MELTINGS": 2.0, "FIRST_PHASE": MELTED, "LAST_PHASE": SOLID}
     deep = {"FORCE_MAX": 1e-3, "FORCE_MIN": -2e-3}  # the mirror image has the maximum

@@ -1,4 +1,4 @@
-"""From a record to a result row: counts, invariants, and what is not believed."""
+"""From a record to a result row: counts, invariants, and rejected orbits."""
 
 from __future__ import annotations
 
@@ -30,9 +30,12 @@ from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 P = Parameters()
 FROM_WORK = 6e-9 / (math.pi * 0.8e-6)
-"""The part of the force out of phase [N] with a work of 6e-9 J in a period."""
+"""The force out of phase [N] for a work of 6e-9 J in a period."""
 LIMIT = 1e-2
-"""Power balance error beyond which an orbit is not believed."""
+"""The largest power balance error of an accepted orbit."""
+BEGIN, END = (1e-7, 2e-6), (3e-7, -1e-6)
+GAINED = 0.5 * 0.4 * (END[1] ** 2 - BEGIN[1] ** 2) + 3000.0 * (END[0] ** 2 - BEGIN[0] ** 2)
+"""The energy [J] that the block gains between these states."""
 
 
 def result_of(
@@ -49,7 +52,7 @@ def result_of(
 ) -> dict[str, float]:
     """The result row of a record of `cycle` half periods, by name.
 
-    `uncertain` is the error of its integrals as a part of them.
+    `uncertain` is the relative error of its integrals.
     """
     row, whole = np.full(len(RESULT_COLUMNS), 77.0), np.empty(RECORD)
     write_whole_orbit(record_of(**slots), SI, cycle, whole)
@@ -65,7 +68,7 @@ def result_of(
     return dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
 
 
-def assert_not_believed(found: dict[str, float], status: Status) -> None:
+def assert_rejected(found: dict[str, float], status: Status) -> None:
     found = dict(found)
     assert (found.pop("status"), found.pop("periods_integrated")) == (status, 9)
     for name, value in found.items():
@@ -75,7 +78,7 @@ def assert_not_believed(found: dict[str, float], status: Status) -> None:
 # --- the row --------------------------------------------------------------------------------------
 
 
-def test_a_row_holds_what_was_measured_under_its_name() -> None:
+def test_a_row_has_each_measurement_under_its_name() -> None:
     found = result_of()
     expected: dict[str, Any] = {
         "elastic_stress_amplitude": 2e6,
@@ -126,20 +129,20 @@ def test_observables_are_means_over_the_whole_orbit(cycle: int) -> None:
 
 
 @pytest.mark.parametrize("cycle", [1, 2, 3, 4])
-def test_under_a_cosine_the_work_tells_the_part_of_the_force_out_of_phase(cycle: int) -> None:
+def test_under_a_cosine_the_force_out_of_phase_follows_from_the_work(cycle: int) -> None:
     found = result_of(cycle=cycle, LOSS=0.5 * cycle * 6e-9, MOTION_OUT_OF_PHASE=77.0)
     assert found["friction_force_out_of_phase"] == pytest.approx(FROM_WORK, rel=1e-15)
     assert found["friction_force_out_of_phase_error"] == pytest.approx(1e-3 * FROM_WORK, rel=1e-15)
 
 
-def test_harmonics_of_a_window_are_those_of_the_force_itself() -> None:
+def test_harmonics_of_a_window_come_from_the_force() -> None:
     motion = {"MOTION_IN_PHASE": 77.0, "MOTION_OUT_OF_PHASE": 77.0}
     found = result_of(Parameters(third_harmonic=0.1), status=Status.APERIODIC, **motion)
     assert found["friction_force_in_phase"] == pytest.approx(2e-4, rel=1e-15)
     assert found["friction_force_out_of_phase"] == pytest.approx(1e-3, rel=1e-15)
 
 
-def test_harmonics_turn_with_a_drive_that_begins_at_its_lowest_point() -> None:
+def test_harmonics_change_sign_with_the_drive() -> None:
     found = result_of(Parameters(drive_amplitude=-0.8e-6, third_harmonic=0.1))
     assert found["friction_force_in_phase"] == pytest.approx(-2e-4, rel=1e-15)
     assert found["friction_force_in_phase_error"] == pytest.approx(2e-7, rel=1e-15)
@@ -150,23 +153,21 @@ def test_harmonics_turn_with_a_drive_that_begins_at_its_lowest_point() -> None:
 
 
 @pytest.mark.parametrize(("cycle", "energy"), [(1, 12e-9), (2, 6e-9), (3, 4e-9), (4, 3e-9)])
-def test_the_dissipated_energy_is_that_of_one_drive_period(cycle: int, energy: float) -> None:
+def test_the_dissipated_energy_is_per_drive_period(cycle: int, energy: float) -> None:
     found = result_of(cycle=cycle)
     assert found["dissipated_energy"] == pytest.approx(energy, rel=1e-15)
     assert found["dissipated_energy_error"] == pytest.approx(1e-3 * energy, rel=1e-15)
 
 
 def test_energy_that_the_block_gains_is_work_in_a_window_and_no_loss_of_a_closed_orbit() -> None:
-    begin, end = (1e-7, 2e-6), (3e-7, -1e-6)
-    gained = 0.5 * 0.4 * (end[1] ** 2 - begin[1] ** 2) + 3000.0 * (end[0] ** 2 - begin[0] ** 2)
-    motion: dict[str, Any] = {"cycle": 400, "begin": begin, "end": end, "BLOCK_WORK": gained}
+    motion: dict[str, Any] = {"cycle": 400, "begin": BEGIN, "end": END, "BLOCK_WORK": GAINED}
     window = result_of(**motion, status=Status.APERIODIC, exponent=0.1)
-    assert window["dissipated_energy"] == pytest.approx((6e-9 + gained) / 200, rel=1e-14)
+    assert window["dissipated_energy"] == pytest.approx((6e-9 + GAINED) / 200, rel=1e-14)
     assert result_of(**motion)["dissipated_energy"] == pytest.approx(6e-9 / 200, rel=1e-15)
 
 
 @pytest.mark.parametrize("uncertain", [math.nan, math.inf])
-def test_what_is_known_of_no_integral_is_bounded_by_what_none_exceeds(uncertain: float) -> None:
+def test_unknown_errors_of_integrals_are_upper_bounds(uncertain: float) -> None:
     found = result_of(uncertain=uncertain)
     assert found["status"] == Status.OK
     assert found["dissipated_energy_error"] == pytest.approx(6e-9 + 1e-8, rel=1e-15)
@@ -204,7 +205,7 @@ def test_the_solid_fraction_is_a_share_of_the_whole_orbit(cycle: int, passes: in
     assert found["melting_count"] == passes
 
 
-def test_before_a_phase_is_seen_the_film_has_that_of_the_end() -> None:
+def test_before_the_first_known_phase_the_film_has_the_last_one() -> None:
     seen = {"SOLID_TIME": 0.5, "UNSEEN_TIME": 0.25, "MELTINGS": 1.0}
     assert result_of(**seen, LAST_PHASE=SOLID)["solid_fraction"] == 0.375
     assert result_of(**seen, LAST_PHASE=MELTED)["solid_fraction"] == 0.25
@@ -247,31 +248,28 @@ def test_meltings_are_counted_cyclically(
 
 
 @pytest.mark.parametrize(("height", "asymmetry"), [(0.999, 0.0), (1.0, 1.0)])
-def test_asymmetry_is_that_of_at_least_a_pascal(height: float, asymmetry: float) -> None:
+def test_asymmetry_needs_a_range_of_at_least_a_pascal(height: float, asymmetry: float) -> None:
     assert result_of(STRESS_MAX=height, STRESS_MIN=0.0)["asymmetry"] == asymmetry
 
 
 # --- the power balance ----------------------------------------------------------------------------
 
 
-def test_the_power_balance_counts_the_energy_gained() -> None:
-    begin, end = (1e-7, 2e-6), (3e-7, -1e-6)
-    gained = 0.5 * 0.4 * (end[1] ** 2 - begin[1] ** 2) + 3000.0 * (end[0] ** 2 - begin[0] ** 2)
-    missing = result_of(begin=begin, end=end, BLOCK_WORK=gained + 3e-12, ABSOLUTE_WORK=1e-8)
-    assert missing["power_balance_error"] == pytest.approx(3e-4, rel=1e-6)
-    turned = result_of(begin=begin, end=end, BLOCK_WORK=gained - 3e-12, ABSOLUTE_WORK=1e-8)
-    assert turned["power_balance_error"] == pytest.approx(3e-4, rel=1e-6)
+def test_the_power_balance_includes_the_gained_energy() -> None:
+    for miss in (3e-12, -3e-12):
+        found = result_of(begin=BEGIN, end=END, BLOCK_WORK=GAINED + miss, ABSOLUTE_WORK=1e-8)
+        assert found["power_balance_error"] == pytest.approx(3e-4, rel=1e-6)
 
 
-def test_a_power_balance_that_is_off_by_more_than_the_limit_is_not_believed() -> None:
+def test_a_power_balance_that_is_off_by_more_than_the_limit_is_rejected() -> None:
     work = 1e-8  # above the floor, so that the limit is a part of it
     assert result_of(BLOCK_WORK=0.999 * LIMIT * work)["status"] == Status.OK
     for miss in (1.001 * LIMIT * work, -1.001 * LIMIT * work):
-        assert_not_believed(result_of(BLOCK_WORK=miss), Status.INVARIANT_VIOLATED)
+        assert_rejected(result_of(BLOCK_WORK=miss), Status.INVARIANT_VIOLATED)
 
 
 @pytest.mark.parametrize("cycle", [1, 2])
-def test_both_halves_of_an_odd_cycle_balance_as_the_one_that_was_measured(cycle: int) -> None:
+def test_both_halves_of_an_odd_cycle_have_the_balance_of_the_measured_one(cycle: int) -> None:
     # Half a period gains energy here, and the mirror image as much again.
     begin, end = (1e-7, 0.0), (3e-7, 0.0)
     gained = 3000.0 * (end[0] ** 2 - begin[0] ** 2)
@@ -281,10 +279,10 @@ def test_both_halves_of_an_odd_cycle_balance_as_the_one_that_was_measured(cycle:
 
 @pytest.mark.parametrize("cycle", [1, 2, 6])
 @pytest.mark.parametrize("changes", [{}, {"drive_amplitude": -0.8e-6}, {"spring_stiffness": 50.0}])
-def test_where_the_force_vanishes_the_balance_counts_against_a_hundredth_of_the_full_force(
+def test_a_vanishing_force_is_compared_with_a_hundredth_of_the_full_force(
     changes: dict[str, float], cycle: int
 ) -> None:
-    # One floor for all methods: 1 % of the full force, over the way of the drive.
+    # The floor for all methods is the work of 1 % of the full force over the way of the drive.
     p = Parameters(**changes)
     floor = 0.01 * full_force(p) * (2 * 0.8e-6 * cycle)
     small = {"ABSOLUTE_WORK": 1e-3 * floor}
@@ -292,7 +290,7 @@ def test_where_the_force_vanishes_the_balance_counts_against_a_hundredth_of_the_
     assert kept["status"] == Status.OK
     assert kept["power_balance_error"] == pytest.approx(0.999 * LIMIT / 1e-3)
     broken = result_of(p, cycle=cycle, BLOCK_WORK=1.001 * LIMIT * floor, **small)
-    assert_not_believed(broken, Status.INVARIANT_VIOLATED)
+    assert_rejected(broken, Status.INVARIANT_VIOLATED)
 
 
 def test_an_orbit_without_any_work_balances() -> None:
@@ -308,47 +306,47 @@ BOUND = 0.603782
 BOUNDS = [
     ({}, BOUND),
     ({"temperature": 400.0}, 230.0 / 1700.0),  # liquid only: b/2c
-    ({"initial_order_parameter": 0.9}, 0.9),  # a start beyond it
+    ({"initial_order_parameter": 0.9}, 0.9),  # a start above the bound
     ({"initial_order_parameter": 0.1}, BOUND),
 ]
 
 
 @pytest.mark.parametrize(("changes", "bound"), BOUNDS, ids=str)
-def test_an_order_parameter_beyond_its_bound_is_not_believed(
+def test_an_order_parameter_beyond_its_bound_is_rejected(
     changes: dict[str, float], bound: float
 ) -> None:
     p = Parameters(**changes)
     assert result_of(p, PHI_MAX=1.0009 * bound)["status"] == Status.OK
-    assert_not_believed(result_of(p, PHI_MAX=1.0011 * bound), Status.INVARIANT_VIOLATED)
+    assert_rejected(result_of(p, PHI_MAX=1.0011 * bound), Status.INVARIANT_VIOLATED)
 
 
-# --- what is not finite ---------------------------------------------------------------------------
+# --- numbers that are not finite ------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("value", [math.inf, -math.inf])  # no NaN is ever the larger or the smaller
 @pytest.mark.parametrize("slot", ["STRESS_MAX", "STRESS_MIN", "FORCE_MAX", "FORCE_MIN"])
 def test_an_amplitude_that_is_not_finite_has_diverged(slot: str, value: float) -> None:
-    assert_not_believed(result_of(**{slot: value}), Status.DIVERGED)
+    assert_rejected(result_of(**{slot: value}), Status.DIVERGED)
 
 
 @pytest.mark.parametrize("name", ["STRESS", "FORCE"])
 @pytest.mark.parametrize("cycle", [1, 2])
-def test_an_orbit_of_which_nothing_finite_was_seen_has_diverged(name: str, cycle: int) -> None:
+def test_an_orbit_without_a_finite_value_has_diverged(name: str, cycle: int) -> None:
     nothing = {f"{name}_MAX": -math.inf, f"{name}_MIN": math.inf}
-    assert_not_believed(result_of(cycle=cycle, **nothing), Status.DIVERGED)
+    assert_rejected(result_of(cycle=cycle, **nothing), Status.DIVERGED)
 
 
 def test_an_error_that_is_not_finite_has_diverged() -> None:
-    assert_not_believed(result_of(error=math.nan), Status.DIVERGED)
+    assert_rejected(result_of(error=math.nan), Status.DIVERGED)
 
 
 @pytest.mark.parametrize("slot", ["BLOCK_WORK", "PHI_MAX"])
 def test_an_invariant_that_is_not_a_number_is_violated(slot: str) -> None:
-    assert_not_believed(result_of(**{slot: math.nan}), Status.INVARIANT_VIOLATED)
+    assert_rejected(result_of(**{slot: math.nan}), Status.INVARIANT_VIOLATED)
 
 
-def test_a_failure_has_its_status_its_periods_and_nothing_else() -> None:
+def test_a_failure_has_only_its_status_and_periods() -> None:
     row = np.full(len(RESULT_COLUMNS), 77.0)
     write_failure(row, 9, int(Status.STEP_LIMIT))
     assert row[STATUS] == Status.STEP_LIMIT
-    assert_not_believed(dict(zip(RESULT_COLUMNS, row.tolist(), strict=True)), Status.STEP_LIMIT)
+    assert_rejected(dict(zip(RESULT_COLUMNS, row.tolist(), strict=True)), Status.STEP_LIMIT)

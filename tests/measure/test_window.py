@@ -1,4 +1,4 @@
-"""Statistics of single drive periods, against what is plainly true of made-up ones."""
+"""Statistics of single drive periods, on artificial data with known statistics."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_the_film_keeps_its_phase_from_one_period_to_the_next(
     assert record[[SOLID_TIME, UNSEEN_TIME]].tolist() == [solid, unseen]
 
 
-def test_phases_of_the_ends_are_the_first_and_the_last_that_were_seen() -> None:
+def test_phases_at_the_ends_are_the_first_and_the_last_known_ones() -> None:
     unseen = (UNSEEN, UNSEEN, 0.0, 0.0, 2.0)
     record = window(
         period(phases=unseen), period(phases=(MELTED, SOLID, 0.0, 1.0, 0.0)), period(phases=unseen)
@@ -96,8 +96,8 @@ def test_the_error_of_a_mean_is_three_standard_errors_of_independent_values() ->
 
 
 @pytest.mark.parametrize("periods", [20, 32, 37, 64, 200])
-def test_the_error_of_a_mean_covers_it_where_there_are_few_periods_too(periods: int) -> None:
-    # Correlated over three periods, as single periods of an orbit that never closes are.
+def test_the_error_of_a_mean_holds_for_few_periods_too(periods: int) -> None:
+    # Correlated over three periods, like single periods of an orbit that never closes.
     noise = np.random.default_rng(periods).normal(size=(2000, periods + 2))
     values = noise[:, :-2] + noise[:, 1:-1] + noise[:, 2:]
     covered = [abs(each.mean()) <= error_of_mean(each[None]) for each in values]
@@ -120,11 +120,11 @@ def test_the_error_counts_correlation() -> None:
 
 
 @pytest.mark.parametrize("periods", [1, 2, 19])
-def test_of_few_periods_the_error_is_not_known(periods: int) -> None:
+def test_the_error_of_too_few_periods_is_unknown(periods: int) -> None:
     assert error_of_mean(np.ones((1, periods))) == math.inf
 
 
-def test_statistics_have_the_same_bits_in_any_company() -> None:
+def test_statistics_do_not_depend_on_other_motions_to_the_bit() -> None:
     singles = np.random.default_rng(5).normal(size=(7, 2, 200))
     together = statistics_of(singles.transpose(2, 0, 1).copy().transpose(1, 2, 0))
     for i in range(7):
