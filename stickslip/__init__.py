@@ -1,6 +1,6 @@
 """Boundary friction with a first-order phase transition: parameters in, orbits out.
 
-The model of Lyashenko & Zaskoka (2013). Names are loaded when they are first used, so that the
+The model of Lyashenko & Zaskoka (2013). A name is imported when it is first used, so that the
 command line can answer `--help` without loading a compiler.
 """
 

@@ -6,11 +6,11 @@ from functools import cache
 from importlib.metadata import entry_points
 
 GROUP = "stickslip.accessors"
-"""Entry points of installed packages: modules that register accessors when they are imported."""
+"""The group of entry points. Each is a module that registers accessors when it is imported."""
 
 
 @cache
 def register_accessors() -> None:
-    """Let every installed package register its accessors on Datasets; once per process."""
+    """Load the accessors of all installed packages, once per process."""
     for entry in entry_points(group=GROUP):
         entry.load()

@@ -1,4 +1,4 @@
-"""Boxes of parameters, and the points that estimates over a box need."""
+"""Boxes of parameters, and the points at which a box is sampled."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from stickslip.variables import full_names
 
 
 class BoxError(ValueError):
-    """A box that is none, or that gives no indices; the message says why, and what would help."""
+    """An invalid box, or one without indices; the message gives the cause and the remedy."""
 
 
 class Design(NamedTuple):
-    """The points of an estimate: n base points in each of the matrices A and B, and their mixtures.
+    """The points of an estimate: matrices A and B of n base points each, and their mixtures.
 
-    In the i-th mixture AB a base point of A has its parameter i from B. `columns` (d + 2, n) of
-    each of the d parameters: A, B, then the mixtures.
+    The i-th mixture is A with the i-th parameter taken from B. `columns` has an array (d + 2, n)
+    for each of the d parameters: its values in A, in B and in the mixtures.
     """
 
     box: Mapping[str, Distribution]
@@ -35,13 +35,13 @@ class Design(NamedTuple):
 
     @classmethod
     def of(cls, box: Mapping[str, Distribution], base_points: int, seed: int) -> Design:
-        """Draw a scrambled Sobol sequence of so many base points, a power of 2."""
+        """Draw base points, a power of 2, from a scrambled Sobol sequence; raises BoxError."""
         from scipy.stats import qmc
 
         if base_points < 2 or base_points & (base_points - 1):
             nearest = 2 ** max(round(math.log2(max(base_points, 2))), 1)
             raise BoxError(
-                f"base points must be a power of 2, as a Sobol sequence wants: {nearest}, "
+                f"base points must be a power of 2, for the Sobol sequence: {nearest}, "
                 f"not {base_points}"
             )
         drawn = qmc.Sobol(2 * len(box), bits=64, rng=np.random.default_rng(seed))
@@ -54,12 +54,12 @@ class Design(NamedTuple):
         return cls(box, columns)
 
     def points(self) -> dict[str, NDArray[np.float64]]:
-        """Return the values ((d + 2) n,) of each parameter, in the order of result rows."""
+        """Return the values ((d + 2) n,) of each parameter, in the order of the result rows."""
         return {name: column.ravel() for name, column in self.columns.items()}
 
 
 def box_of(box: Mapping[str, Any]) -> tuple[dict[str, Distribution], dict[str, float]]:
-    """Return the distributions of the varied parameters, and the values of the others."""
+    """Return the distributions of the varied parameters and the values of the fixed ones."""
     varied, fixed = {}, {}
     for name, written in full_names(box).items():
         if np.ndim(written) == 0 and not isinstance(written, (Mapping, Range, Normal)):

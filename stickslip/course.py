@@ -1,4 +1,4 @@
-"""The course of a pull: velocities of the upper block at given times."""
+"""Pulls of the upper block: its velocity as a function of time."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     Pull: TypeAlias = float | Mapping[str, ArrayLike] | pd.DataFrame
 
 COLUMNS = ("elapsed_time", "velocity")
-"""The columns of a pull that is given as a table."""
+"""The columns of a table that describes a pull."""
 
 PULL_SAMPLES = 12_000
-"""Samples of a pull, as many as six periods have."""
+"""The default number of samples of a pull, the same as for six drive periods."""
 
 
 class PullError(ValueError):
-    """A pull that is none.
+    """An invalid pull.
 
-    `what` is wrong with it, and in which `row` of its table, counted from 0, where it is one row.
+    `what` describes the fault; `row` is the faulty row of the table, from 0, or None.
     """
 
     def __init__(self, what: str, row: int | None = None) -> None:
@@ -34,8 +34,7 @@ class PullError(ValueError):
 class Course(NamedTuple):
     """The velocity [m/s] of the upper block at some times [s], (n,) each; linear in between.
 
-    Before and after, it has the first and the last value. A time that stands twice is one at which
-    the velocity jumps.
+    It is constant before the first and after the last time. Where a time occurs twice, it jumps.
     """
 
     time: NDArray[np.float64]
@@ -46,7 +45,7 @@ class Course(NamedTuple):
         return np.interp(times, self.time, self.velocity)
 
     def before(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the velocities (n,) just before some times (n,): others only where it jumps."""
+        """Return the velocities (n,) just before some times (n,); they differ where it jumps."""
         first = np.searchsorted(self.time, times).clip(max=len(self.time) - 1)
         return np.where(self.time[first] == times, self.velocity[first], self.after(times))
 
@@ -54,7 +53,7 @@ class Course(NamedTuple):
 def course_of(pull: Pull) -> Course:
     """Return the course of a pull: a velocity, or a table with the columns of `COLUMNS`.
 
-    Raises PullError, which names the row (from 0) of what is wrong.
+    Raises PullError, with the faulty row of the table.
     """
     if isinstance(pull, (int, float)) and not isinstance(pull, bool):
         time, velocity = np.zeros(1), np.array([float(pull)])
@@ -77,7 +76,7 @@ def course_of(pull: Pull) -> Course:
 
 
 def _refuse_disorder(time: NDArray[np.float64]) -> None:
-    """Raise PullError where a time lies before the one above, or stands more than twice."""
+    """Raise PullError for a time that is before the previous one, or occurs more than twice."""
     if len(early := np.flatnonzero(np.diff(time) < 0.0)):
         row = int(early[0]) + 1
         message = f"elapsed_time is {time[row]:g} s after {time[row - 1]:g} s; times must increase"
@@ -85,8 +84,8 @@ def _refuse_disorder(time: NDArray[np.float64]) -> None:
     if len(third := np.flatnonzero(time[2:] == time[:-2])):
         row = int(third[0]) + 2
         raise PullError(
-            f"elapsed_time is {time[row]:g} s for the third time; two rows at one time are a step "
-            "of the velocity, from the first to the second",
+            f"elapsed_time is {time[row]:g} s for the third time; two rows at one time mean that "
+            "the velocity jumps from the first to the second",
             row,
         )
 
@@ -98,9 +97,9 @@ def _columns(pull: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         if missing:
             raise PullError(f"a pull needs the columns {wanted}; {', '.join(missing)} is missing")
         time, velocity = (np.asarray(pull[name], dtype=float) for name in COLUMNS)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, PullError):
-            raise
+    except PullError:
+        raise
+    except (TypeError, ValueError):
         raise PullError(
             f"a pull is a velocity in m/s, or a table of the columns {wanted}, not {pull!r}"
         ) from None

@@ -16,14 +16,14 @@ _FLAGS = {"status": Status, "regime": Regime}
 
 
 def result_values(name: str, column: NDArray[np.float64]) -> NDArray[np.generic]:
-    """Return a column (n,) of result rows as in files; NaN becomes the variable's missing value."""
+    """Return a column (n,) of result rows in its type in files, with missing values for NaN."""
     variable = RESULTS[name]
     real = np.isnan(variable.missing)
     return (column if real else np.nan_to_num(column, nan=variable.missing)).astype(variable.dtype)
 
 
 def result_attributes(name: str) -> dict[str, Any]:
-    """Return name, unit, meaning and flags of a result variable."""
+    """Return the CF attributes of a result variable: meaning, unit, symbol and flags."""
     described: dict[str, Any] = dict(RESULTS[name].attributes)
     if name in _FLAGS:
         codes = list(_FLAGS[name])
@@ -35,9 +35,9 @@ def result_attributes(name: str) -> dict[str, Any]:
 def result_variables(
     rows: NDArray[np.float64], dims: tuple[str, ...], shape: tuple[int, ...]
 ) -> dict[str, tuple[tuple[str, ...], NDArray[np.generic], dict[str, Any]]]:
-    """Return the result variables of points in C order: dimensions, values, attributes.
+    """Return result rows (points, columns) as variables: their dimensions, values and attributes.
 
-    `rows` (points, columns) are in the order of `RESULT_COLUMNS`.
+    The points are in C order, the columns in the order of `RESULT_COLUMNS`.
     """
     columns = dict(zip(RESULT_COLUMNS, rows.T, strict=True))
     return {
@@ -47,5 +47,5 @@ def result_variables(
 
 
 def parameter_scalars(values: Mapping[str, float]) -> dict[str, tuple[tuple[()], float, Any]]:
-    """Return parameters that have one value as scalar coordinates with their attributes."""
+    """Return parameters with a single value as scalar coordinates, with their attributes."""
     return {name: ((), value, PARAMETERS[name].attributes) for name, value in values.items()}

@@ -1,4 +1,4 @@
-"""How amplitudes change with parameters: derivatives, and the errors that they propagate."""
+"""Derivatives of amplitudes with respect to parameters, and the propagation of errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 
 PARAMETER = "parameter"
-"""The dimension of the parameters that derivatives are taken by."""
+"""The dimension of the parameters with respect to which amplitudes are differentiated."""
 
 LOGARITHMIC, PLAIN = "logarithmic", "plain"
 
@@ -39,10 +39,10 @@ _TOLERANCE = 1e-8  # default of rtol
 _STEP = 1e-3  # the larger of two steps, relative to the parameter or in its natural unit
 _PARTS = (-1.0, -0.5, 0.5, 1.0)
 
-# The part of the tolerance to which amplitudes are smooth, where they are not small: measured.
+# Amplitudes that are not small are smooth to this part of the tolerance: measured.
 _ROUGHNESS = 0.01
 
-# Where one of these changes within the step, the motion is another one.
+# If one of these changes within the step, so does the kind of motion.
 _KIND = [RESULT_COLUMNS.index(name) for name in ("regime", "melting_count", "orbit_periods")]
 _STATUS = RESULT_COLUMNS.index("status")
 _SMALL_PART = 0.01
@@ -58,12 +58,13 @@ def sensitivities(
     rtol: float = _TOLERANCE,
     **options: Any,
 ) -> xr.Dataset:
-    """Return the derivatives of amplitudes by parameters, and the orbits themselves.
+    """Return the orbits of points, and the derivatives of their amplitudes by parameters.
 
-    The logarithm of an amplitude is differentiated by the logarithm of a parameter or, where that
-    may be 0 or negative (rheological index, start, coefficients beyond the paper), by the parameter
-    itself. A derivative is NaN where the amplitude is 0, where no orbit closes, and where regime,
-    meltings or periods of the orbit change within the step: a jump has no derivative.
+    The logarithm of an amplitude is differentiated with respect to the logarithm of a parameter, or
+    to the parameter itself where that may be 0 or negative (rheological index, start, coefficients
+    beyond the paper). A derivative is NaN where the amplitude is 0 or the orbit does not close. It
+    is NaN as well where the regime, the number of meltings or the number of periods changes within
+    the step: amplitudes jump there.
 
     >>> ds = sensitivities({"T": [200, 250]}, by=["k", "T"])
     >>> ds.friction_force_amplitude_sensitivity.sel(parameter="temperature").round(2).values
@@ -74,26 +75,26 @@ def sensitivities(
     points
         As for `stationary_orbits`.
     by
-        Names or symbols of parameters, whether or not `points` has them.
+        Names or symbols of parameters, which `points` need not have.
     of
-        Amplitudes, `elastic_stress_amplitude` or `friction_force_amplitude`.
+        `elastic_stress_amplitude`, `friction_force_amplitude` or both.
     rtol, **options
-        Those of `stationary_orbit`.
+        As for `stationary_orbit`.
 
     Returns
     -------
     xarray.Dataset
-        What `stationary_orbits` returns, and for each amplitude `<amplitude>_sensitivity` and its
-        estimated error, `<amplitude>_sensitivity_error`, over the dimensions of the points and
-        `parameter`. Their attribute `form` tells for each parameter whether the derivative is
-        `logarithmic` or `plain`, in 1/(unit of the parameter).
+        The orbits, as `stationary_orbits` returns them, and for each amplitude
+        `<amplitude>_sensitivity` and its estimated error, `<amplitude>_sensitivity_error`, over the
+        dimensions of the points and `parameter`. The attribute `form` says for each parameter
+        whether its derivative is `logarithmic` or `plain`, in 1/(unit of the parameter).
 
     Raises
     ------
     ValueError
-        `of` is no amplitude, or `by` names none; stochastic noise.
+        `of` is not an amplitude, `by` is empty, or the noise is stochastic.
     TypeError
-        An unknown parameter or option; all other errors are those of `stationary_orbits`.
+        A parameter or option is unknown. Other errors are as in `stationary_orbits`.
     """
     parameters, amplitudes = [full_name(name) for name in _listed(by)], _listed(of)
     if not parameters or (unknown := set(amplitudes) - set(AMPLITUDES)):
@@ -123,7 +124,7 @@ def sensitivities(
 
 
 def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
-    """Return the standard errors of amplitudes that independent errors of parameters cause.
+    """Return the standard errors of amplitudes, from independent errors of the parameters.
 
     >>> ds = propagated(sensitivities({"T": 250}, by="T"), {"T": 0.5})
     >>> round(float(ds.friction_force_amplitude_standard_error), 7)
@@ -132,7 +133,7 @@ def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
     Parameters
     ----------
     ds
-        What `sensitivities` returns, by the parameters that have errors.
+        The result of `sensitivities`, by all parameters in `errors`.
     errors
         The standard errors of parameters, by name or symbol, in SI units: numbers, arrays, or
         DataArrays over dimensions of the points.
@@ -145,9 +146,9 @@ def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
     Raises
     ------
     TypeError
-        An unknown parameter.
+        A parameter is unknown.
     ValueError
-        There is no derivative by one of them.
+        `ds` lacks the derivative by a parameter.
     """
     by_name = {full_name(name): error for name, error in errors.items()}
     if PARAMETER not in ds.coords or (missing := by_name.keys() - set(ds[PARAMETER].values)):
@@ -171,9 +172,9 @@ def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
 
 
 class _Step(NamedTuple):
-    """Points (n, parameters) with a parameter moved, and by how much (n,), as the form counts.
+    """Points (n, parameters) with one parameter changed, and its change (n,), perhaps in its log.
 
-    Where the value would not be valid, it is not moved.
+    A point stays where it is if the new value would be invalid.
     """
 
     rows: NDArray[np.float64]
@@ -181,7 +182,7 @@ class _Step(NamedTuple):
 
     @classmethod
     def of(cls, rows: NDArray[np.float64], name: str, part: float) -> _Step:
-        """Move a parameter by a part of the step."""
+        """Change a parameter by a part of the step."""
         variable, column = PARAMETERS[name], Parameters._fields.index(name)
         by = np.full(len(rows), part * _STEP)
         if variable.measured_in is None:
@@ -200,9 +201,10 @@ class _Step(NamedTuple):
 
 
 def _same_motion(results: NDArray[np.float64], around: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell for each parameter (k,) and point (n,) whether all motions around it are of its kind.
+    """Return whether all motions around a point are of its kind, for each parameter and point.
 
-    `results` (n, columns) are those of the points, `around` (k, steps, n, columns) beside them.
+    `results` (n, columns) of the points; `around` (k, steps, n, columns) of the points next to
+    them.
     """
     close = (around[..., _STATUS] == Status.OK) & (results[:, _STATUS] == Status.OK)
     alike = (around[..., _KIND] == results[:, _KIND]).all(axis=-1)
@@ -212,10 +214,10 @@ def _same_motion(results: NDArray[np.float64], around: NDArray[np.float64]) -> N
 def _derivatives(
     values: NDArray[np.float64], moved: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return derivatives of ln(values) and their errors, (k, n), from values at steps (k, 4, n).
+    """Return the derivatives of ln(values) and their errors, (k, n), from values (k, 4, n).
 
-    The differences over the whole and the half of the step are extrapolated to none. They are of
-    order 2 or, where one side is not moved, of order 1.
+    The differences over the whole step and half of it are extrapolated to a step of length 0. They
+    are of order 2, or of order 1 where a point could be moved to one side only.
     """
     logs = np.log(values)
     whole = (logs[:, 3] - logs[:, 0]) / (moved[:, 3] - moved[:, 0])
@@ -231,9 +233,10 @@ def _derivatives(
 def _largeness(
     rows: NDArray[np.float64], results: NDArray[np.float64], name: str
 ) -> NDArray[np.float64]:
-    """Return the yardstick of the tolerance relative to an amplitude, (n,): 1 unless it is small.
+    """Return the scale of the tolerance relative to an amplitude, (n,): 1 unless that is small.
 
-    As for `amplitude_error`, at least 1 % of max(2K, M omega^2)|X_m|, over A for the stress.
+    As for `amplitude_error`, the scale is at least 1 % of max(2K, M omega^2)|X_m|, over A for the
+    stress.
     """
     least = _SMALL_PART * full_forces(rows)
     if name == "elastic_stress_amplitude":
@@ -244,7 +247,7 @@ def _largeness(
 def _variable(
     name: str, suffix: str, array: NDArray[np.float64], parameters: list[str], places: xr.Dataset
 ) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]]:
-    """Return an array (k, n) over the dimensions of the points and the parameters."""
+    """Return an array (k, n) as a variable over the dimensions of the points and `parameter`."""
     what = "derivative" if suffix == "sensitivity" else "estimated error of the derivative"
     attributes = {
         "long_name": f"{what} of the logarithm of the {RESULTS[name].meaning} by parameters",

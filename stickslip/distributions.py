@@ -1,4 +1,4 @@
-"""Distributions of parameters: where a box draws its values, and what is known before a fit."""
+"""Distributions of parameters, for the samples of a box and the priors of a fit."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from stickslip.variables import PARAMETERS
 Floats: TypeAlias = NDArray[np.float64]
 
 LARGEST_OUTSIDE = 1e-3
-"""Probability of values that a parameter cannot have, above which a distribution is refused."""
+"""The largest probability that a distribution may give to values outside a parameter's range."""
 
-_ROUNDING = 1e-6  # so far below 0 may a variance lie that is 0
+_ROUNDING = 1e-6  # rounding may move a variance of 0 this far below 0
 
 
 class DistributionError(ValueError):
-    """A distribution that is none; the message says what is wrong, as the end of a sentence."""
+    """An invalid distribution; the message is the end of a sentence."""
 
 
 class Range(NamedTuple):
-    """The values between which a parameter varies, evenly or evenly in its logarithm."""
+    """A uniform distribution of a parameter, or of its logarithm, between two values."""
 
     low: float
     high: float
@@ -52,9 +52,9 @@ class Range(NamedTuple):
 
 
 class Normal(NamedTuple):
-    """A normal distribution, or a lognormal one: of the logarithm, `middle` being the median.
+    """A normal distribution, truncated to the range from `low` to `high` of the parameter.
 
-    It is truncated to `low` and `high`, between which the parameter must lie.
+    A lognormal one is the normal distribution of the logarithm; `middle` is then the median.
     """
 
     middle: float
@@ -69,16 +69,16 @@ class Normal(NamedTuple):
 
     @property
     def outside(self) -> float:
-        """The probability left out, of values below `low` or above `high`."""
+        """The probability of values below `low` or above `high`, which is cut off."""
         below, above = self._ends()
         return below + (1.0 - above)
 
     def values(self, unit: Floats) -> Floats:
-        """Return the values at numbers in [0, 1)."""
+        """Return quantiles at points in [0, 1)."""
         from scipy.special import ndtri
 
         below, above = self._ends()
-        # Neither end itself: a Sobol sequence begins at 0, of which the value is not finite.
+        # Never 0 or 1, whose quantiles are infinite: a Sobol sequence begins at 0.
         within = np.clip(below + (above - below) * unit, 1e-16, 1.0 - 1e-16)
         steps = self.deviation * ndtri(within)
         return self.middle * np.exp(steps) if self.logarithmic else self.middle + steps
@@ -106,10 +106,10 @@ class Normal(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """A normal distribution of several parameters together, as a fit leaves them.
+    """The joint normal distribution of several parameters, as a fit finds it.
 
-    `deviations` (p,) and `correlations` (p, p) are those of the values, or where `logarithmic` of
-    their logarithms; then the `middle` is a median.
+    `deviations` (p,) and `correlations` (p, p) belong to the values, or to their logarithms where
+    `logarithmic`; `middle` is then a median.
     """
 
     names: tuple[str, ...]
@@ -120,12 +120,12 @@ class Joint(NamedTuple):
 
     @property
     def outside(self) -> dict[str, float]:
-        """The probability of each parameter to have a value that it cannot have."""
+        """The probability, for each parameter, of a value outside its range."""
         found = {}
         for i, name in enumerate(self.names):
             ends = np.array([PARAMETERS[name].lower, PARAMETERS[name].upper])
             middle = float(self.middle[i])
-            if self.logarithmic[i] and middle < 0.0:  # the logarithm is that of the opposite
+            if self.logarithmic[i] and middle < 0.0:  # the logarithm of -value
                 middle, ends = -middle, -ends[::-1]
             own = Normal(middle, float(self.deviations[i]), self.logarithmic[i], *ends.tolist())
             found[name] = own.outside
@@ -144,7 +144,7 @@ class Joint(NamedTuple):
         return np.where(self.logarithmic, self.middle * factors, self.middle + steps)
 
     def are_possible(self, values: Floats) -> NDArray[np.bool_]:
-        """Tell of each set (n, p) whether the parameters can have these values."""
+        """Return whether all parameters are within their ranges, for each set (n, p)."""
         ends = np.array([(PARAMETERS[name].lower, PARAMETERS[name].upper) for name in self.names])
         return np.all((ends[:, 0] <= values) & (values <= ends[:, 1]), axis=1)
 
@@ -154,13 +154,13 @@ Distribution: TypeAlias = Range | Normal
 FORMS = "[low, high], {log: [low, high]}, {normal: [mean, deviation]}, or " + (
     "{lognormal: [median, deviation of the logarithm]}"
 )
-"""How distributions are written."""
+"""The notation of distributions."""
 
 
 def distribution(kind: str, first: float, second: float) -> Distribution:
     """Return a distribution by its name, `uniform`, `log`, `normal` or `lognormal`.
 
-    Raises DistributionError for another name, and where the numbers do not fit it.
+    Raises DistributionError for any other name, and for invalid numbers.
     """
     logarithmic = kind in ("log", "lognormal")
     if kind in ("normal", "lognormal"):
@@ -175,13 +175,13 @@ def distribution(kind: str, first: float, second: float) -> Distribution:
         raise DistributionError(f"must rise from low to high, not from {first:g} to {second:g}")
     if logarithmic and not first > 0.0:
         raise DistributionError(
-            f"no logarithm leads from {first:g} to {second:g}: both must be above 0"
+            f"needs two values above 0 for a logarithm, not {first:g} and {second:g}"
         )
     return Range(first, second, logarithmic)
 
 
 def as_written(written: Any) -> tuple[str, Any]:
-    """Return the name of a distribution, and what stands beside it."""
+    """Split a distribution as a user wrote it into its name and its numbers."""
     if isinstance(written, Range):
         return ("log" if written.logarithmic else "uniform"), written[:2]
     if isinstance(written, Normal):
@@ -193,7 +193,7 @@ def as_written(written: Any) -> tuple[str, Any]:
 
 
 def distribution_of(name: str, written: Any) -> Distribution:
-    """Return the distribution of a parameter, as the caller wrote it; raises DistributionError."""
+    """Return the distribution that a user wrote for a parameter; raises DistributionError."""
     kind, numbers = as_written(written)
     try:
         first, second = map(float, numbers)
@@ -203,10 +203,10 @@ def distribution_of(name: str, written: Any) -> Distribution:
 
 
 def of_parameter(drawn: Distribution, name: str) -> Distribution:
-    """Return a distribution without the values that a parameter cannot have.
+    """Return a distribution truncated to the range of a parameter.
 
-    Raises ParameterError for a range with such an end, and DistributionError where the probability
-    of such values is not small.
+    Raises ParameterError if an end of a `Range` is outside, and DistributionError if too much of a
+    `Normal` is.
     """
     variable = PARAMETERS[name]
     if isinstance(drawn, Range):
@@ -220,7 +220,7 @@ def of_parameter(drawn: Distribution, name: str) -> Distribution:
 
 
 def refuse_outside(name: str, probability: float) -> None:
-    """Raise DistributionError if values that a parameter cannot have are not improbable."""
+    """Raise DistributionError if values outside the range of a parameter are too probable."""
     if probability > LARGEST_OUTSIDE:
         raise DistributionError(
             f"has values that {name} cannot have, with a probability of {probability:.2g} (at "

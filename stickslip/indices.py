@@ -1,8 +1,8 @@
-"""Which parameter matters over a whole box: Sobol indices of results (global sensitivity).
+"""Sobol indices of results over a box of parameters (global sensitivity).
 
 Results vary over the box. The first-order index of a parameter is the part of their variance that
-would go if it were known, the total index the part that would stay if all others were known. The
-estimators are those of Saltelli et al. (Comput. Phys. Commun. 181, 259, 2010), as in SciPy.
+would vanish if it were known; its total index is the part that would remain if all others were
+known. The estimators are from Saltelli et al. (Comput. Phys. Commun. 181, 259, 2010), as in SciPy.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 
 PARAMETER, RESULT, BOUND = "parameter", "result", "bound"
-"""The dimensions of indices: the varied parameters, the results, both ends of an interval."""
+"""The dimensions of indices: the varied parameters, the results, the two ends of an interval."""
 
 LARGEST_MISSING = 0.02
-"""The share of base points without a result above which there are no indices, by default."""
+"""The default of the largest share of base points that may lack a result."""
 
 _REGIME = RESULT_COLUMNS.index("regime")
 
-# Results that differ by less, relative to the largest, are equal but for rounding.
+# Results that differ by less than this, relative to the largest, differ by rounding alone.
 _EQUAL = 1e-12
 
 
@@ -51,7 +51,7 @@ def sensitivity_indices(
 ) -> xr.Dataset:
     """Return the Sobol indices of results over a box of parameters, with confidence intervals.
 
-    All (d + 2) n points of n base points and d varied parameters are computed in one call.
+    With d varied parameters, n base points make (d + 2) n points, all computed together.
 
     >>> box = {"T": (180, 280), "k": {"log": (2e4, 2e5)}}
     >>> ds = sensitivity_indices(box, "friction_force_amplitude", base_points=64)
@@ -61,36 +61,36 @@ def sensitivity_indices(
     Parameters
     ----------
     box
-        Parameters by name or symbol: a pair (low, high) for one that is drawn evenly between these
-        values, `{"log": (low, high)}` for one that is drawn evenly in its logarithm, a number for
-        one that is the same everywhere. They are drawn independently of each other.
+        Parameters by name or symbol, each with a pair (low, high) to draw it evenly between these
+        values, `{"log": (low, high)}` to draw it evenly in its logarithm, or a number to fix it.
+        Parameters are drawn independently.
     of
-        Names of results, `variables.RESULTS`.
+        Names of results, from `variables.RESULTS`.
     base_points
-        n, a power of 2.
+        The number n, a power of 2.
     seed
-        Of the scrambling of the sequence, and of the resampling for the intervals.
+        Seed of the scrambled sequence and of the bootstrap.
     confidence
-        Of the intervals: BCa bootstrap over base points.
+        Confidence level of the intervals, from a BCa bootstrap over base points.
     largest_missing
-        The share of base points that may be left out since one of their points has no result.
+        The largest share of base points that may be left out because a point has no result.
     **options
-        Those of `stationary_orbit`.
+        As for `stationary_orbit`.
 
     Returns
     -------
     xarray.Dataset
-        `first_order` and `total_order` over `result` and `parameter`, with `first_order_interval`
-        and `total_order_interval`, which have a dimension `bound` besides; `mean` and
-        `standard_deviation` of each result, in its unit; `regime_share` of all points over
-        `regime`; the box as `low`, `high` and `logarithmic` over `parameter`. Indices are NaN for
-        a result that does not vary. Attributes tell how many base points were used.
+        `first_order` and `total_order` over `result` and `parameter`; `first_order_interval` and
+        `total_order_interval`, with the further dimension `bound`; `mean` and `standard_deviation`
+        of each result, in its unit; `regime_share`, the share of all points in each `regime`; the
+        box as `low`, `high` and `logarithmic` over `parameter`. Indices are NaN for a result that
+        does not vary. The attributes give the number of base points, and of those left out.
 
     Raises
     ------
     BoxError
-        No range, or one that is none; an unknown result; base points that are no power of 2; more
-        base points without a result than `largest_missing`.
+        The box has no range or an invalid one, a result is unknown, the number of base points is
+        not a power of 2, or the share of those without a result exceeds `largest_missing`.
     ParameterError, TypeError, OptionError, NoiseError
         As for `stationary_orbits`.
     """
@@ -108,7 +108,7 @@ def sensitivity_indices(
 
 
 def results_named(of: str | Iterable[str]) -> list[str]:
-    """Return names of results as a list; raises BoxError."""
+    """Return the names of results as a list; raises BoxError for an unknown one, or for none."""
     names = [of] if isinstance(of, str) else list(of)
     unknown = [name for name in names if name not in RESULTS or name in ("status", "regime")]
     if unknown or not names:
@@ -119,7 +119,7 @@ def results_named(of: str | Iterable[str]) -> list[str]:
 
 
 def refuse_confidence(confidence: float) -> None:
-    """Raise BoxError for what is no probability."""
+    """Raise BoxError for a confidence level that is not between 0 and 1."""
     if not 0.0 < confidence < 1.0:
         raise BoxError(f"confidence must be between 0 and 1, not {confidence:g}")
 
@@ -133,7 +133,7 @@ def indices_of(
     confidence: float = 0.95,
     largest_missing: float = LARGEST_MISSING,
 ) -> xr.Dataset:
-    """Return the indices of results from the result rows of a design, ((d + 2) n, columns)."""
+    """Return the indices of results from the rows ((d + 2) n, columns) of a design."""
     import xarray as xr
 
     refuse_confidence(confidence)
@@ -185,13 +185,13 @@ def _refuse_lost(used: NDArray[np.bool_], largest_missing: float) -> None:
     if lost > largest_missing * used.size or used.sum() < 2:
         raise BoxError(
             f"{lost} of {used.size} base points have a point without a result: more than "
-            f"{largest_missing:.3g} of them, so that the indices would be those of another box; "
+            f"{largest_missing:.3g} of them, so that the indices would describe another box; "
             "take a smaller box, more drive periods (max_periods), or a larger share"
         )
 
 
 class _Estimate(NamedTuple):
-    """First and total indices (2, d), and their intervals (2, d, 2)."""
+    """First-order and total indices (2, d), and their intervals (2, d, 2)."""
 
     indices: NDArray[np.float64]
     intervals: NDArray[np.float64]
@@ -200,17 +200,17 @@ class _Estimate(NamedTuple):
 def _estimate(
     values: NDArray[np.float64], confidence: float, rng: np.random.Generator
 ) -> _Estimate:
-    """Return the indices of one result (d + 2, n); NaN where it does not vary."""
+    """Return the indices of one result (d + 2, n); NaN if it does not vary."""
     from scipy.stats import bootstrap
 
     parameters = len(values) - 2
     if np.ptp(values) <= _EQUAL * np.abs(values).max():
         return _Estimate(np.full((2, parameters), np.nan), np.full((2, parameters, 2), np.nan))
-    # Without the mean: otherwise the variance of the estimate grows with it.
+    # The mean is subtracted because the variance of the estimate would grow with it.
     centred = values - values[:2].mean()
     indices = saltelli(centred)
     with warnings.catch_warnings():
-        # A parameter without any influence has the index 0 in each sample, and no interval.
+        # A parameter without influence has the index 0 in every sample, and so no interval.
         warnings.filterwarnings("ignore", "The BCa confidence interval cannot be calculated")
         warnings.filterwarnings("ignore", "invalid value", RuntimeWarning)
         found = bootstrap(
@@ -225,9 +225,9 @@ def _estimate(
 
 
 def saltelli(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return first and total indices (2, d) of values (d + 2, n) of mean 0: A, B, then mixtures.
+    """Return the first-order and total indices (2, d) of values (d + 2, n) with mean 0.
 
-    Saltelli et al. (2010), Table 2, (b) and (f).
+    The rows belong to A, to B, then to the mixtures. Saltelli et al. (2010), Table 2, (b) and (f).
     """
     in_A, in_B, mixed = values[0], values[1], values[2:]
     variance = np.var(values[:2])

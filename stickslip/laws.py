@@ -1,8 +1,8 @@
-"""Laws of friction that are not ours: those of installed packages, and those of this process.
+"""Friction laws from outside: from installed packages, or registered in this process.
 
-What identifies such a law is known before any of its code runs: the name and version of its
-distribution with a hash of the files, or a hash of the code that was registered. The law goes by
-`NAME@IDENTITY` in options, and so in kernels, their cache and in what workers are sent.
+The identity of such a law is known before any of its code runs. It is the name and version of the
+distribution with a hash of its files, or a hash of the registered code. Options, kernels, their
+cache and the tasks of workers refer to the law as `NAME@IDENTITY`.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _HOW_TO = (
 )
 
 _IN_PYTHON = "python+"
-_DIGITS = 32  # hexadecimal, of a hash: 128 bits, as the keys of points
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")  # it becomes part of file names
+_DIGITS = 32  # hexadecimal digits of a hash: 128 bits, as for the keys of points
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")  # file names contain it
 
 
 class LawError(ValueError):
-    """A law of friction is unknown, breaks a promise or is another one than asked for.
+    """A friction law is unknown, breaks a promise or is not the version that was requested.
 
     >>> Options(friction="eyring")
     Traceback (most recent call last):
@@ -45,12 +45,12 @@ class LawError(ValueError):
 
 
 class UnknownLawError(LawError):
-    """No law has this name; the message says how to add one."""
+    """No law has this name; the message explains how to add one."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a law comes from; `load` returns what it is there, unchecked."""
+    """The source of a law; `load` returns the law unchecked."""
 
     name: str
     identity: str
@@ -58,21 +58,21 @@ class Origin:
 
     @property
     def full_name(self) -> str:
-        """The name with the identity: no other law has it."""
+        """The name with the identity, which is unique to the law."""
         return f"{self.name}@{self.identity}"
 
 
 REGISTERED: dict[str, Origin] = {}
-"""Those of this process, by name and by full name; what is replaced keeps its full name."""
+"""The laws of this process, by name and by full name; a replaced law keeps its full name."""
 
 
 def is_of_this_process(full_name: str) -> bool:
-    """Return whether a law was registered in Python, so that other processes do not know it."""
+    """Return whether a law was registered in Python, so that only this process knows it."""
     return full_name.partition("@")[2].startswith(_IN_PYTHON)
 
 
 def origin_of(given: str) -> Origin:
-    """Return where the law of a name, or a full name, comes from; raises LawError."""
+    """Return the origin of a law, given by name or full name; raises LawError."""
     name, _, identity = str(given).partition("@")
     origin = REGISTERED.get(given) or REGISTERED.get(name)
     try:
@@ -91,7 +91,7 @@ def origin_of(given: str) -> Origin:
 
 
 def origin_in_python(name: str, code: str, law: object) -> Origin:
-    """Return the origin of a law of this process with this hash of its code; raises LawError."""
+    """Return the origin of a law registered in Python, with a hash of its code; raises LawError."""
     if not _NAME.fullmatch(name):
         raise LawError(f"{name!r} cannot be the name of a law: letters, digits, - and _, up to 40")
     if entries := metadata.entry_points(group=GROUP, name=name):
@@ -100,13 +100,13 @@ def origin_in_python(name: str, code: str, law: object) -> Origin:
 
 
 def register(origin: Origin) -> None:
-    """Let the name of a law of this process stand for it from now on."""
+    """Register a law of this process under its name and its full name."""
     REGISTERED[origin.name] = REGISTERED[origin.full_name] = origin
 
 
 @cache
 def _installed(name: str) -> Origin:
-    """Return the origin of the law that a distribution declares; raises LawError."""
+    """Return the origin of a law from an installed distribution; raises LawError."""
     entries = metadata.entry_points(group=GROUP, name=name)
     if not entries or not _NAME.fullmatch(name):
         others = sorted(REGISTERED.keys() | metadata.entry_points(group=GROUP).names)
@@ -133,7 +133,7 @@ def _packages(entries: metadata.EntryPoints) -> str:
 def _identity(entry: metadata.EntryPoint) -> str:
     """Return the name and version of a law's distribution with a hash of its files.
 
-    Raises LawError if its code would come from elsewhere or others could have put it there.
+    Raises LawError if its code would come from elsewhere, or another user could have changed it.
     """
     distribution: Any = entry.dist
     called = f"the package {distribution.name}, which has the law {entry.name!r},"
@@ -141,7 +141,7 @@ def _identity(entry: metadata.EntryPoint) -> str:
     files = {
         path.as_posix(): root / path
         for path in distribution.files or ()
-        if "__pycache__" not in path.parts and ".." not in path.parts  # commands lie elsewhere
+        if "__pycache__" not in path.parts and ".." not in path.parts  # commands are elsewhere
     }
     if root == Path.cwd():
         raise LawError(f"{called} lies in the current folder, {root}; install it, or go elsewhere")
@@ -158,7 +158,7 @@ def _identity(entry: metadata.EntryPoint) -> str:
 
 
 def _require_its_module(module: str, root: Path, files: dict[str, Path], called: str) -> None:
-    """Raise LawError where a module is not a file of its distribution, or another hides it."""
+    """Raise LawError if a module is not a file of its distribution, or another module hides it."""
     path, top = module.replace(".", "/"), module.partition(".")[0]
     if not {f"{path}.py", f"{path}/__init__.py"} & files.keys():
         raise LawError(
@@ -173,17 +173,17 @@ def _require_its_module(module: str, root: Path, files: dict[str, Path], called:
 
 
 def _refuse_exposed(path: Path, called: str, *, inside: bool) -> None:
-    """Raise LawError where others than who runs this could have changed a file or a folder."""
+    """Raise LawError if another user could have changed a file or a folder."""
     from stickslip.compiled.cache import writable_by_others  # it loads the compiler
 
     try:
         status = path.stat()
     except OSError as error:
         raise LawError(f"{called} is damaged ({error}); install it again") from error
-    # Whoever owns this code can run any already: root, this user, or the keeper of an installation.
+    # The owners of this code can run any code as it is: root, this user, or who installed it.
     if status.st_uid not in (0, os.geteuid(), Path(__file__).stat().st_uid):
         raise LawError(f"{called} could be changed by others: {path} belongs to another user")
-    # What lies in a folder with a sticky bit, such as /tmp, only its owner can exchange.
+    # In a folder with a sticky bit, such as /tmp, only the owner of an entry can replace it.
     if writable_by_others(status) and (inside or not status.st_mode & stat.S_ISVTX):
         raise LawError(
             f"{called} could be changed by others, who may write to {path}; if nobody has: "

@@ -1,6 +1,6 @@
 """Options of a computation: methods, noise treatments, friction laws, tolerances and budgets.
 
-Their names, defaults and ranges, declared once. Quick to import: nothing here is compiled.
+Each name, default and range is declared here once. The module imports fast: it compiles nothing.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ STRAINS: Mapping[str, str] = MappingProxyType(
         RELAXING: "it is an independent variable (Eq. 23; adaptive method)",
     }
 )
-"""How the elastic strain of the film is modelled."""
+"""The models of the elastic strain of the film."""
 
 
 OFFERED = (
     "family_kernels", "orbits", "trajectory_kernel", "largest_step", "rounding",
 )  # fmt: skip
-"""The functions that the module of a method provides, described in `kernels/adaptive/driver.py`;
-a method with stochastic noise also provides `stochastic_walk`."""
+"""The functions that the module of a method provides, described in `kernels/adaptive/driver.py`.
+A method with stochastic noise also provides `stochastic_walk`."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Method:
     """A method that a user can choose.
 
     `module` implements it and provides everything in OFFERED. `own_option` sets its accuracy: the
-    tolerance "rtol" or a fixed step "dt". `max_steps` is the default budget of steps per point;
-    `refines` tells whether finer tolerances make it more accurate; `strains` and `noises` are the
+    tolerance "rtol" or a fixed step "dt". `max_steps` is the default budget of steps per point.
+    `refines` says whether finer tolerances make it more accurate. `strains` and `noises` list the
     models of the strain and the treatments of the noise that it supports.
     """
 
@@ -57,9 +57,9 @@ class Method:
 
     @property
     def kernels(self) -> Any:
-        """The compiled side of the method, loaded when it is needed.
+        """The module of the method, imported on first use.
 
-        Raises TypeError naming the functions that the module should provide and lacks.
+        Raises TypeError, with the names of the missing functions.
         """
         module = import_module(self.module)
         required = (*OFFERED, "stochastic_walk") if STOCHASTIC in self.noises else OFFERED
@@ -96,7 +96,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
 
 
 def methods_for(field: str, choice: str) -> list[str]:
-    """The names of the methods that list a `choice` among their "strains" or "noises"."""
+    """Return the names of the methods whose `field`, "strains" or "noises", has this choice."""
     return [name for name, method in METHODS.items() if choice in getattr(method, field)]
 
 
@@ -113,11 +113,11 @@ FRICTION_LAWS: Mapping[str, str] = MappingProxyType(
         "power-law": "stickslip.model.laws.power_law",
     }
 )
-"""Our laws of the viscous stress, each with the module that declares it."""
+"""The laws of the viscous stress that come with stickslip, and the module of each."""
 
 
 def full_law_name(name: str) -> str:
-    """Return the name of a law with the identity of one that is not ours; raises LawError."""
+    """Return the name of a law, with its identity if it comes from outside; raises LawError."""
     if name in FRICTION_LAWS:
         return name
     try:
@@ -128,22 +128,22 @@ def full_law_name(name: str) -> str:
 
 
 COSINE, HARMONICS, PULL = "cosine", "harmonics", "pull"
-"""The motions of the upper block that orbits are computed for: one tone, or all of them."""
+"""The motions of the upper block: a single tone, all tones, or a pull, which has no orbit."""
 
 
 class Physics(NamedTuple):
-    """The choice of equations to integrate; a kernel is made for one choice."""
+    """The choice of the equations to integrate; each choice has its own kernels."""
 
     friction: str
     strain: str = ADIABATIC
     chance: bool = False
-    """True where every step draws a random number; False for the typical path of the noise."""
+    """True if every step draws a random number, False for the typical path of the noise."""
     drive: str = COSINE
-    """The motion of the upper block, a name of `model.drive.UPPER`; it follows from the point."""
+    """The motion of the upper block, a name in `model.drive.UPPER`; it follows from the point."""
 
     @property
     def typical(self) -> Physics:
-        """The same equations with the typical path of the noise."""
+        """The same equations, with the typical path of the noise."""
         return self._replace(chance=False)
 
     def __str__(self) -> str:
@@ -162,21 +162,19 @@ class Range(NamedTuple):
     whole: bool = False
 
     def holds(self, value: Any) -> bool:
-        """Tell whether `value` is a number within the range."""
-        number = isinstance(value, Real) and not isinstance(value, bool)
-        return number and self._inside(value) and (value == int(value) or not self.whole)
-
-    def _inside(self, value: float) -> bool:
+        """Return whether `value` is a number within the range."""
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        if not is_number:
+            return False
         above = value > self.lower if self.lower_open else value >= self.lower
-        return bool(above and value <= self.upper and math.isfinite(value))
+        inside = bool(above and value <= self.upper and math.isfinite(value))
+        return inside and (value == int(value) or not self.whole)
 
     def __str__(self) -> str:
-        return f"{'a whole number, ' if self.whole else ''}{self._limits()}"
-
-    def _limits(self) -> str:
+        limits = f"{'greater than' if self.lower_open else 'at least'} {self.lower:g}"
         if self.upper < math.inf:
-            return f"{self.lower:g} {'<' if self.lower_open else '<='} value <= {self.upper:g}"
-        return f"{'greater than' if self.lower_open else 'at least'} {self.lower:g}"
+            limits = f"{self.lower:g} {'<' if self.lower_open else '<='} value <= {self.upper:g}"
+        return f"a whole number, {limits}" if self.whole else limits
 
 
 @dataclass(frozen=True)
@@ -188,7 +186,7 @@ class Option:
     meaning: str
 
 
-# Below 1e-13 rounding dominates, above 1e-2 the answer means nothing.
+# Below 1e-13 rounding dominates; above 1e-2 the result is meaningless.
 _TOLERANCE = Range(1e-13, 1e-2, lower_open=True)
 
 # Kernels count in 64-bit integers.
@@ -223,13 +221,13 @@ _WINDOW_OF_A_REALIZATION = 32
 
 
 def default_window(noise: str) -> int:
-    """Default number of drive periods for the statistics; smaller where there are many paths."""
+    """Return the default number of drive periods of the statistics: fewer for many random paths."""
     window = _WINDOW_OF_A_REALIZATION if noise == STOCHASTIC else OPTIONS["window"].default
     return int(window)
 
 
 class NoiseError(ValueError):
-    """A start at phi = 0 without noise, which would stay liquid forever.
+    """A start at phi = 0 without noise, from which the film would stay liquid forever.
 
     >>> stationary_orbit(noise="none")
     Traceback (most recent call last):
@@ -245,7 +243,7 @@ class NoiseError(ValueError):
 
 
 class OptionError(ValueError):
-    """An option has a value outside its valid range; the message names each one.
+    """Options are outside their valid ranges; the message names each one.
 
     >>> stationary_orbit(rtol=2)
     Traceback (most recent call last):
@@ -254,7 +252,7 @@ class OptionError(ValueError):
 
 
 class Settings(NamedTuple):
-    """The options in the form that kernels take: plain numbers, one compiled specialisation."""
+    """The options as plain numbers, which kernels take in one compiled specialisation."""
 
     rtol: float
     dt: float
@@ -269,13 +267,13 @@ class Settings(NamedTuple):
 class Options:
     """Options of the computation of an orbit, named as in a config.
 
-    `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None stands for the
-    method's own budget. A point whose error estimate exceeds `max_error` is computed again with
-    finer tolerances, and is not ok if those do not help. `realizations` and `seed` belong to the
-    noise 'stochastic'. `friction` names a law of ours, or of your own, whose identity is added.
-    `stationary_rtol` is the remaining distance to the limit in
-    (x/X_m, v/(X_m omega)); `accelerate` extrapolates clearly contracting sequences. `observables`
-    changes nothing: all of them are computed.
+    `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer. `max_steps` None means the
+    budget of the method. A point whose error estimate exceeds `max_error` is computed again with
+    finer tolerances, and is not ok if these do not help. `realizations` and `seed` belong to the
+    noise 'stochastic'. `friction` names a law of stickslip or of your own, whose identity is added.
+    `stationary_rtol` is the remaining distance to the limit orbit in (x/X_m, v/(X_m omega)).
+    `accelerate` extrapolates sequences that clearly contract. `observables` has no effect: all of
+    them are computed.
 
     >>> Options(rtol=1e-8).method
     'adaptive'
@@ -302,7 +300,7 @@ class Options:
     def __post_init__(self) -> None:
         """Raise OptionError for invalid values and combinations."""
         complaints = list(self._complaints())
-        try:  # another law of the same name is another law
+        try:  # the identity distinguishes two laws of the same name
             object.__setattr__(self, "friction", full_law_name(self.friction))
         except LawError as error:
             complaints.append(
@@ -340,7 +338,7 @@ class Options:
         return Physics(self.friction, self.strain, chance=self.noise == STOCHASTIC)
 
     def settings(self) -> Settings:
-        """The options in the form that kernels take."""
+        """Return the options as kernels take them."""
         method = METHODS[self.method]
         return Settings(
             rtol=float(self.rtol),
@@ -364,13 +362,12 @@ def options_for_orbits(
     observables: str | Iterable[str] = (),
     **others: Any,
 ) -> Options:
-    """Return the options that the keywords of `stationary_orbit` mean.
+    """Return the options for the keywords of `stationary_orbit`.
 
     Raises OptionError for a value out of range, TypeError for an unknown keyword.
     """
-    if unknown := others.keys() - {field.name for field in fields(Options)} | others.keys() & {
-        "stationary_rtol"
-    }:
+    known = {field.name for field in fields(Options)} - {"stationary_rtol"}
+    if unknown := others.keys() - known:
         raise TypeError(f"there is no option {', '.join(sorted(unknown))}")
     return Options(
         rtol=rtol,

@@ -1,4 +1,4 @@
-"""From parameters to stationary orbits and their observables: the friendly side of the kernels."""
+"""Stationary orbits and their observables, from parameters: the interface to the kernels."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ _NOISE = Parameters._fields.index("noise_intensity")
 _PERIODS = RESULT_COLUMNS.index("periods_integrated")
 _ERROR = RESULT_COLUMNS.index("amplitude_error")
 
-# How often a point that is not accurate enough is computed again, each time ten times as finely.
+# A point that is not accurate enough is computed again up to three times, each time with a tenth of
+# the tolerances.
 _REFINEMENTS = 3
 _TIGHTEST = 1e-12
 
@@ -40,10 +41,10 @@ _PHI_0 = Parameters._fields.index("initial_order_parameter")
 class Orbit(OrbitValues):
     """The observables of one stationary orbit, in SI units.
 
-    `variables.RESULTS` gives their meanings. Unless `status` is ok, the amplitudes are NaN and the
-    counts -1. `state` is (x, v, ln phi), followed by the strain if that relaxes, at the start of a
-    drive period on the orbit, or where the search ended. Two orbits are equal if all of it is, of
-    which NaN equals NaN.
+    `variables.RESULTS` describes them. Unless the status is a result, the amplitudes are NaN and
+    the counts -1. `state` is (x, v, ln phi), followed by the strain if that relaxes, at the start
+    of a drive period on the orbit, or where the search ended. Orbits are equal if all their values
+    are; here NaN equals NaN.
 
     >>> orbit = stationary_orbit()
     >>> orbit.status.name, orbit.melting_count, round(orbit.friction_force_amplitude, 6)
@@ -59,13 +60,13 @@ class Orbit(OrbitValues):
         return hash(_comparable(self))
 
     def _repr_html_(self) -> str:
-        """Return what a notebook displays: the status in words, and the observables."""
+        """Return the status in words and the observables, for a notebook."""
         values = {name: getattr(self, name) for name in RESULT_COLUMNS}
         return f"<p>{self.status.sentence}</p>{value_table(values, RESULTS)}"
 
 
 def _comparable(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return values with None for NaN, which is not equal to itself."""
+    """Return values with None in place of NaN, which does not equal itself."""
     return tuple(
         _comparable(value) if isinstance(value, tuple) else None if value != value else value
         for value in values
@@ -73,9 +74,9 @@ def _comparable(values: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
-    """The rows of parameters (n, parameters) that kernels take under a noise treatment.
+    """Return parameters (n, parameters) as kernels take them under a noise treatment.
 
-    Raises NoiseError where a film starts at phi = 0 and could never solidify.
+    Raises NoiseError if a film starts at phi = 0 and could never solidify.
     """
     points = np.array(np.atleast_2d(points), dtype=float)
     if noise == "none":
@@ -86,29 +87,29 @@ def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
 
 
 def typical_options(options: Options) -> Options:
-    """The options with the typical path in place of stochastic noise."""
+    """Return the options with the typical path in place of stochastic noise."""
     return replace(options, noise=TYPICAL_PATH) if options.physics.chance else options
 
 
 def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
-    """Compile or load everything that `compute_orbits` needs for points of these kinds (n, k).
+    """Compile or load all that `compute_orbits` needs for points of these kinds (n, k).
 
-    The columns are the parameters named in `kernels.families.KIND`.
+    The columns are the parameters in `kernels.families.KIND`.
     """
-    # A run over no points calls, and so compiles, every kernel but those of families.
+    # A run without points calls, and so compiles, all kernels that do not belong to a family.
     compute_orbits(np.empty((0, len(Parameters._fields))), typical_options(options))
     for own in _family_kernels(options, kinds):
         own.compile()
 
 
 def uncompiled(options: Options, kinds: np.ndarray) -> list[int]:
-    """The numbers of those kernels that only points of these kinds (n, k) need, and nobody made."""
+    """Return the numbers of the kernels for points of these kinds (n, k) that are not compiled."""
     kernels = enumerate(_family_kernels(options, kinds))
     return [number for number, own in kernels if not is_kept(own.kernel)]
 
 
 def compile_one(options: Options, kinds: np.ndarray, number: int) -> None:
-    """Compile or load the kernel with a number that `uncompiled` gives, in any process."""
+    """Compile or load the kernel with a number from `uncompiled`, in any process."""
     _family_kernels(options, kinds)[number].compile()
 
 
@@ -127,7 +128,7 @@ def compute_orbits(
     patience: int = 0,
     limit: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Stationary orbits of many points.
+    """Return the stationary orbits of many points.
 
     Parameters
     ----------
@@ -136,15 +137,15 @@ def compute_orbits(
     options
         Method, tolerances, noise.
     starts
-        (n, columns), states at phase 0 to start from instead, laid out as `finals`; a row of NaN
-        stands for the point's own start.
+        (n, columns), the states at phase 0 to start from, laid out like `finals`. A row of NaN
+        means the start that the parameters give.
     patience
-        Drive periods after which the adaptive method leaves a point `pending`, as it does one that
-        needs finer tolerances; 0 for no limit. Such points are computed faster together, with the
-        same results.
+        Drive periods after which the adaptive method leaves a point `pending`; 0 for no limit. With
+        a limit, points that need finer tolerances become `pending` as well. Such points are
+        computed faster together, with the same results.
     limit
-        Drive periods after which the adaptive method gives a point up, as `pending`, at any of the
-        tolerances; 0 for no limit.
+        Drive periods after which the adaptive method gives a point up as `pending`, at each
+        tolerance; 0 for no limit.
 
     Returns
     -------
@@ -165,7 +166,7 @@ def compute_orbits(
 def _compute_paths(
     points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int, limit: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute films without random numbers as `compute_orbits` does."""
+    """Compute films without random numbers, as `compute_orbits` does."""
     points, method = prepared_points(points, options.noise), METHODS[options.method]
     results = np.tile(failed_row(Status.REFUSED), (len(points), 1))
     finals = np.full((len(points), len(final_columns(options.physics))), np.nan)
@@ -193,7 +194,7 @@ def _compute_paths(
 def _compute_ensembles(
     points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int, limit: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute stochastic films as `compute_orbits` does; finals are those of the typical paths."""
+    """Compute stochastic films, as `compute_orbits` does; the finals are of the typical paths."""
     from stickslip.kernels.ensembles import write_ensembles  # only stochastic films need it
 
     results, finals = compute_orbits(
@@ -206,7 +207,7 @@ def _compute_ensembles(
 def _orbits(
     points: np.ndarray, options: Options, starts: np.ndarray, patience: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Results (n, columns) and finals (n, columns) of one run over points (n, parameters)."""
+    """Return the results and finals (n, columns) of one run over points (n, parameters)."""
     results = np.full((len(points), len(RESULT_COLUMNS)), np.nan)
     finals = np.full((len(points), len(final_columns(options.physics))), np.nan)
     METHODS[options.method].kernels.orbits(points, options, starts, results, finals, patience)
@@ -214,18 +215,18 @@ def _orbits(
 
 
 def _is_inaccurate(results: np.ndarray, options: Options) -> np.ndarray:
-    """Tell which ok points (n,) have a larger error estimate than is allowed."""
+    """Return which ok points (n,) exceed the largest error estimate."""
     return (results[:, STATUS] == Status.OK) & (results[:, _ERROR] > options.max_error)
 
 
 def _is_doubtful(results: np.ndarray, options: Options) -> np.ndarray:
-    """Tell which points (n,) a finer tolerance may help."""
+    """Return which points (n,) may need a finer tolerance."""
     violated = results[:, STATUS] == Status.INVARIANT_VIOLATED
     return _is_inaccurate(results, options) | violated
 
 
 def _finer(options: Options) -> Options:
-    """The options with a tenth of the tolerances."""
+    """Return the options with a tenth of the tolerances."""
     rtol, stationary = (
         max(0.1 * tolerance, _TIGHTEST) for tolerance in (options.rtol, options.stationary_rtol)
     )
@@ -239,7 +240,7 @@ def _replace_by_better(
     new_results: np.ndarray,
     new_finals: np.ndarray,
 ) -> None:
-    """Copy those of the new rows (m, columns) that are results into `rows` (m,) of the old."""
+    """Copy the new rows (m, columns) that are results into `rows` (m,) of the old ones."""
     before = results[rows, _PERIODS]
     found = np.isin(new_results[:, STATUS], (Status.OK, Status.APERIODIC))
     results[rows[found]], finals[rows[found]] = new_results[found], new_finals[found]
@@ -247,7 +248,7 @@ def _replace_by_better(
 
 
 def failed_row(status: Status = Status.FAILED) -> np.ndarray:
-    """The result row (columns,) of a point that was not computed."""
+    """Return the result row (columns,) of a point that was not computed."""
     row = np.array([RESULTS[name].missing for name in RESULT_COLUMNS], dtype=float)
     row[STATUS] = status
     return row
@@ -271,7 +272,7 @@ def stationary_orbit(
     accelerate: bool = DEFAULTS.accelerate,
     observables: str | Iterable[str] = (),
 ) -> Orbit:
-    """Return the stationary orbit that the start of `parameters` leads to, and its amplitudes.
+    """Return the stationary orbit that a motion from the start in `parameters` reaches.
 
     >>> orbit = stationary_orbit(Parameters(temperature=250))
     >>> orbit.status.name, orbit.regime.name
@@ -286,7 +287,7 @@ def stationary_orbit(
     method
         'adaptive' (stiff, order 4) or 'euler-cromer' (the paper's explicit scheme, order 1).
     rtol
-        Tolerance of the adaptive method and of stationarity.
+        Tolerance of the adaptive method and of the stationarity.
     dt
         Step of euler-cromer [s].
     noise
@@ -295,25 +296,26 @@ def stationary_orbit(
     realizations, seed
         The number of paths of a stochastic film, and the seed of their random numbers.
     window
-        Drive periods of the statistics of an orbit that never closes (200 by default) or of each
-        realization (32).
+        Drive periods over which the statistics are taken: 200 by default for an orbit that never
+        closes, 32 for each realization.
     friction
-        The law of the viscous stress, one of `options.FRICTION_LAWS` or of your own.
+        The law of the viscous stress: one of `options.FRICTION_LAWS`, or your own.
     strain
-        The elastic strain: 'adiabatic' (Eq. 24) or 'relaxing', a variable of its own (Eq. 23).
+        The elastic strain: 'adiabatic' (Eq. 24) or 'relaxing', an independent variable (Eq. 23).
     max_periods, max_steps
         Budgets of drive periods and of steps.
     max_error
         Largest error estimate of an ok orbit; 1 for any.
     accelerate
-        Extrapolate a clearly contracting sequence instead of iterating it to the end.
+        Extrapolate a sequence that clearly contracts instead of iterating it to the end.
     observables
-        Groups of result variables, of `variables.OBSERVABLES`. All are computed whatever it says.
+        Groups of result variables, from `variables.OBSERVABLES`. It has no effect: all are
+        computed.
 
     Returns
     -------
     Orbit
-        Its `status` tells how the search ended; failing to converge raises no exception.
+        Its `status` says how the search ended; a search that fails raises no exception.
 
     Raises
     ------
@@ -322,7 +324,7 @@ def stationary_orbit(
     OptionError
         An unknown method, treatment, law or observable; a tolerance, step or budget out of range.
     TypeError
-        `parameters` are something else.
+        `parameters` is not a `Parameters`.
     """
     options = options_for_orbits(
         method=method,

@@ -1,12 +1,13 @@
 """The parameters of the model, with checks of their values.
 
-Their declarations are in `variables.ParameterValues`.
+`variables.ParameterValues` declares them.
 """
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any, Self, Unpack
 
 from stickslip.tables import value_table
@@ -32,8 +33,8 @@ class ParameterError(ValueError):
 class Parameters(ParameterValues):
     """The parameters of the model in SI units; the defaults are the paper's Fig. 3.
 
-    They are given by name or by the paper's symbol. Every value is converted to a float (one
-    compiled specialisation) and checked against its valid range, also by `_replace`.
+    Parameters are given by name or by the paper's symbol. Every value is converted to a float (so
+    that kernels need one compiled specialisation) and checked against its range, in `_replace` too.
 
     >>> film = Parameters(temperature=250, k=1e5)
     >>> film.viscosity_coefficient
@@ -46,12 +47,12 @@ class Parameters(ParameterValues):
     ParameterError
         A value is not a number or lies outside its valid range.
     TypeError
-        No parameter has this name, or one is given twice.
+        A name is unknown, or a parameter is given twice.
     """
 
     __slots__ = ()
 
-    # What Shift-Tab in a notebook shows, and IPython completes.
+    # For the help (Shift-Tab) and the completion of a notebook.
     __signature__ = inspect.Signature(
         [
             inspect.Parameter(
@@ -92,7 +93,7 @@ Parameters.__doc__ = f"{Parameters.__doc__}\n    Parameters\n    ----------\n" +
 
 
 def given_or_default(parameters: Parameters | None) -> Parameters:
-    """Return what an argument `parameters` means; raises TypeError where it is something else."""
+    """Return an argument `parameters`, or the default for None; raises TypeError for others."""
     if parameters is None:
         return Parameters()
     if not isinstance(parameters, Parameters):
@@ -121,8 +122,7 @@ def _checked(args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[float]:
         for name, variable in PARAMETERS.items()
         if (complaint := variable.complaint(values[name]))
     ]
-    growth = None if complaints else unbounded(*(values[n] for n in ENERGY_COEFFICIENTS))
-    if growth:
+    if not complaints and (growth := unbounded(*(values[n] for n in ENERGY_COEFFICIENTS))):
         complaints.append(f"{growth}: the order parameter would grow without bound")
     if complaints:
         raise ParameterError("; ".join(complaints))
@@ -130,9 +130,7 @@ def _checked(args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[float]:
 
 
 def _as_float(name: str, value: Any) -> float:
-    if isinstance(value, (str, bytes, bool)):
-        raise ParameterError(f"{name} must be a number, not {value!r}")
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ParameterError(f"{name} must be a number, not {value!r}") from None
+    if not isinstance(value, (str, bytes, bool)):
+        with suppress(TypeError, ValueError, OverflowError):
+            return float(value)
+    raise ParameterError(f"{name} must be a number, not {value!r}")

@@ -1,7 +1,6 @@
-"""Checks of finished results: what no computation returns, and what is a reason to look closer.
+"""Checks of finished results: impossible rows, and suspicious ones that deserve a closer look.
 
-An orbit that breaks a law has a status of its own (`invariant_violated`); stability.py checks in
-advance.
+An orbit that breaks a law has the status `invariant_violated`; `stability.py` checks in advance.
 """
 
 from __future__ import annotations
@@ -16,17 +15,17 @@ from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 SUSPICIOUS_BALANCE = 1e-3
-"""An orbit deserves a look if both its power balance error and its amplitude error exceed this;
-beyond 1e-2 the former is a status. Where the force is a few percent of the full one, the balance is
-a small difference of large numbers, and the amplitudes are right all the same."""
+"""An orbit is suspicious if both its power balance error and its amplitude error exceed this. A
+balance error beyond 1e-2 makes it a failure. If the force is a few percent of the full force, the
+balance is a small difference of large numbers, although the amplitudes are right."""
 
 SUSPICIOUS_STRESS = 1.1
-"""Stress relative to its static maximum that fast kinetics would not reach; slow kinetics may."""
+"""A stress relative to its static maximum, which only slow kinetics can reach."""
 
-# Below this fraction of the full spring force, over A, a stress is too small to be compared.
+# Below this fraction of the full spring force, over A, a stress is too small for a comparison.
 _SMALL = 0.01
 
-# This many strains give the static maximum to one percent.
+# This many strains give the static maximum to within one percent.
 _SOME = 12
 
 _MAX, _MIN, _BALANCE, _ERROR, _PERIODS, _STATUS, _CLOSES_AFTER = (
@@ -47,7 +46,7 @@ _LOWER, _UPPER, _MISSING = np.array([(v.lower, v.upper, v.missing) for v in _COL
 _WHOLE = np.array([v.dtype != "f8" for v in _COLUMNS])
 _UPPER[_WHOLE] = np.minimum(_UPPER, 2.0**31 - 1)[_WHOLE]
 _SOMETIMES = np.array([not v.always for v in _COLUMNS])
-_OF_FAILURES = [_PERIODS, _STATUS]  # what a point without a result has
+_OF_FAILURES = [_PERIODS, _STATUS]  # the columns of a point without a result
 _WITH_RESULT = [status for status in Status if status.is_result]
 
 # The columns of an amplitude, a maximum and a minimum.
@@ -56,15 +55,15 @@ _RANGES = [
     for name in ("elastic_stress", "friction_force")
 ]
 _ROUNDING = 1e-9
-_UNKNOWN_ERROR = 1.0  # the largest of an orbit that closes
+_UNKNOWN_ERROR = 1.0  # the largest amplitude error of an orbit that closes
 
 
 def are_possible(results: NDArray[np.float64]) -> bool:
-    """Tell whether a computation returns such rows (n, columns), or they were damaged on their way.
+    """Return whether a computation can have returned these rows (n, columns), undamaged.
 
-    A point with a result has every value in its range of `variables.RESULTS`, and no amplitude
-    above half of maximum minus minimum; where the orbit closes the two are the same, and their
-    relative error is at most 1. A point without has its status and perhaps its periods.
+    A point with a result has all values within the ranges of `variables.RESULTS`, and no amplitude
+    above half of maximum minus minimum; if the orbit closes, the two are equal, and their relative
+    error is at most 1. A point without a result has its status and perhaps its periods.
     """
     statuses = results[:, _STATUS]
     with_result = np.isin(statuses, _WITH_RESULT)
@@ -99,7 +98,7 @@ def _are_of_failures(rows: NDArray[np.float64]) -> bool:
 def _are_within(
     rows: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64]
 ) -> bool:
-    """Tell whether all rows (n, columns) are within bounds (columns,); NaN is not."""
+    """Return whether all rows (n, columns) are within bounds (columns,); NaN is not."""
     if not len(rows):
         return True
     return bool((rows.min(axis=0) >= lower).all() and (rows.max(axis=0) <= upper).all())
@@ -110,19 +109,19 @@ def _are_whole(rows: NDArray[np.float64]) -> bool:
 
 
 def suspicious_balance(results: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which rows (n, columns) exceed `SUSPICIOUS_BALANCE` in both errors."""
+    """Return which rows (n, columns) exceed `SUSPICIOUS_BALANCE` in both errors."""
     return np.asarray(np.minimum(results[:, _BALANCE], results[:, _ERROR]) > SUSPICIOUS_BALANCE)
 
 
 def suspicious_stress(
     points: NDArray[np.float64], results: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Tell which points (n, parameters) exceed the static stress by 10 %; `results`."""
+    """Return which points (n, parameters) exceed the static stress by 10 % in their results."""
     p = ParameterValues(*points.T)
     stress = np.maximum(np.abs(results[:, _MAX]), np.abs(results[:, _MIN]))
     displacement = np.abs(drive.tone_amplitudes(points)[1]).sum(axis=1)
     small = _SMALL * 2.0 * p.spring_stiffness * displacement / p.contact_area
-    # A few strains already clear most points; the others get a closer look.
+    # A few strains are enough to clear most points; the others need many.
     suspicious = stress > SUSPICIOUS_STRESS * np.maximum(static_strength(points, _SOME), small)
     few = np.flatnonzero(suspicious)
     suspicious[few] = stress[few] > SUSPICIOUS_STRESS * static_strength(points[few])

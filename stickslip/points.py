@@ -1,4 +1,4 @@
-"""Orbits of many points in one call: tables and arrays of parameters in, a Dataset out."""
+"""Orbits of many points in one call, from tables or arrays of parameters to a Dataset."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     Points: TypeAlias = Mapping[str, ArrayLike | xr.DataArray] | pd.DataFrame
 
 POINT = "point"
-"""The dimension of points that are given as lists."""
+"""The dimension of points in a list or a table."""
 
 log = logging.getLogger(__name__)
 
@@ -46,10 +46,11 @@ _ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
 
 
 def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
-    """Return the stationary orbits of many points, computed together over the cores.
+    """Return the stationary orbits of many points, computed together on all cores.
 
-    Each is that of `stationary_orbit`, bit for bit that of a sweep, at a fraction of the time. The
-    workers are those of `joblib.parallel_config(...)`, by default threads, one for each core.
+    The results equal those of `stationary_orbit`, and of a sweep bit for bit, in a fraction of the
+    time. `joblib.parallel_config(...)` chooses the workers; the default is one
+    thread for each core.
 
     >>> ds = stationary_orbits({"temperature": [200, 250, 300], "k": 1e5})
     >>> ds.friction_force_amplitude.round(5).values.tolist()
@@ -58,40 +59,40 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
     Parameters
     ----------
     points
-        Parameters by name or symbol: numbers, lists and arrays of equal length or, as in numpy, of
-        shapes that broadcast, DataArrays, which broadcast by the names of their dimensions; or a
-        DataFrame with parameters as columns, a point in each row. Those that are missing have the
+        Parameters by name or symbol: numbers, lists and arrays of equal length, or of shapes that
+        broadcast as in numpy, or DataArrays, which broadcast by the names of their dimensions. Or a
+        DataFrame with parameters as columns and a point in each row. All other parameters have the
         values of the paper's Fig. 3.
     **options
-        Those of `stationary_orbit`.
+        As for `stationary_orbit`.
 
     Returns
     -------
     xarray.Dataset
         Variables of `variables.RESULTS`, in SI units, over the dimensions of the points: `point`
-        for lists and rows, `dim_0`, `dim_1`, ... for arrays of more dimensions, those of
-        DataArrays; every parameter as a coordinate. `status` tells how each search ended; failing
-        to converge raises no exception.
+        for lists and rows, `dim_0`, `dim_1`, ... for arrays of more dimensions, or the dimensions
+        of the DataArrays. Every parameter is a coordinate. `status` says how each search ended; a
+        search that fails raises no exception.
 
     Raises
     ------
     NoiseError
         phi_0 = 0 without noise.
     OptionError
-        An unknown method, treatment or law; a tolerance, step or budget out of range.
+        A method, treatment or law is unknown, or a tolerance, step or budget out of range.
     ParameterError
         A value is out of range; the message names the parameter and the value.
     TypeError
-        An unknown parameter or option; a parameter given twice.
+        A parameter or option is unknown, or a parameter is given twice.
     ValueError
-        Shapes that do not broadcast; DataArrays whose coordinates differ.
+        Shapes do not broadcast, or the coordinates of DataArrays differ.
     """
     places, chosen = places_of(points), options_for_orbits(**options)
     return results_at(places, orbit_rows(rows_of(places), chosen))
 
 
 def results_at(places: xr.Dataset, rows: NDArray[np.float64]) -> xr.Dataset:
-    """Return the result rows (points, columns) of points as a Dataset with their coordinates."""
+    """Return result rows (points, columns) as a Dataset with the coordinates of their points."""
     register_accessors()
     dims, shape = tuple(map(str, places.sizes)), tuple(places.sizes.values())
     return places.assign(result_variables(rows, dims, shape))
@@ -100,7 +101,7 @@ def results_at(places: xr.Dataset, rows: NDArray[np.float64]) -> xr.Dataset:
 def places_of(points: Points) -> xr.Dataset:
     """Return a Dataset without variables, whose coordinates are the parameters of the points.
 
-    Arguments and errors are those of `stationary_orbits`.
+    Argument and errors are as in `stationary_orbits`.
     """
     import xarray as xr
 
@@ -122,9 +123,9 @@ def places_of(points: Points) -> xr.Dataset:
 
 
 def rows_of(places: xr.Dataset) -> NDArray[np.float64]:
-    """Return the parameters (points, parameters) of points, in C order.
+    """Return the parameters of points as an array (points, parameters), in C order.
 
-    Raises ParameterError where coefficients of the free energy leave the film unbounded.
+    Raises ParameterError if coefficients of the free energy do not bound the order parameter.
     """
     names = Parameters._fields
     columns = (places[name].broadcast_like(places).transpose(*places.sizes) for name in names)
@@ -140,13 +141,14 @@ def orbit_rows(
 ) -> NDArray[np.float64]:
     """Return the result rows (n, columns) of points (n, parameters).
 
-    They are computed by `workers`, left out those of `own_workers`. Raises NoiseError.
+    `workers` compute them, by default `own_workers()`. Raises NoiseError.
     """
     results = np.empty((len(rows), len(RESULT_COLUMNS)))
     prepared_points(rows, options.noise)
-    compile_kinds(options, rows[:, _KIND])  # here: each worker would do it anew
+    compile_kinds(options, rows[:, _KIND])  # here, or each worker would compile
     with own_workers() if workers is None else nullcontext(workers) as able:
-        # A late point begins anew with the others, which pays where several blocks wait in turn.
+        # A deferred point starts again with others like it, which pays if several blocks are
+        # waiting.
         several = len(rows) > 2 * SMALLEST_BLOCK * able.slots
         order = Blocks(np.zeros(len(rows), dtype=bool), able.slots, defers=several)
         for block in ask(lambda some: rows[some], order, options, able):
@@ -157,7 +159,7 @@ def orbit_rows(
 
 
 def _columns(points: Points) -> Mapping[Any, Any]:
-    """Return the columns of a table as arrays along its rows; anything else as it is."""
+    """Return the columns of a DataFrame as DataArrays along its rows; return a mapping as it is."""
     import pandas as pd
 
     if not isinstance(points, pd.DataFrame):
@@ -179,7 +181,7 @@ def _columns(points: Points) -> Mapping[Any, Any]:
 
 
 def _numbers(name: str, values: Any) -> NDArray[np.float64]:
-    """Return a number, a list or an array of numbers as an array; raises ParameterError."""
+    """Return a number, list or array of numbers as an array; raises ParameterError."""
     try:
         return np.asarray(values, dtype=float)
     except (TypeError, ValueError) as error:
@@ -189,7 +191,7 @@ def _numbers(name: str, values: Any) -> NDArray[np.float64]:
 
 
 def _common_shape(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[int, ...]:
-    """Return the shape to which arrays broadcast; raises ValueError, which names their shapes."""
+    """Return the shape to which arrays broadcast; raises ValueError, with their shapes."""
     try:
         return np.broadcast_shapes(*(values.shape for values in arrays.values()))
     except ValueError:
@@ -209,7 +211,7 @@ def _is_labelled(values: Any) -> bool:
 
 
 def _labelled(values: NDArray[np.float64], shape: tuple[int, ...], dims: list[str]) -> xr.DataArray:
-    """Return a plain array with names of its dimensions; a number stays without any."""
+    """Return a plain array with named dimensions; a number has none."""
     import xarray as xr
 
     if values.ndim == 0:
@@ -219,7 +221,7 @@ def _labelled(values: NDArray[np.float64], shape: tuple[int, ...], dims: list[st
 
 def _refuse_invalid(name: str, values: NDArray[np.float64]) -> None:
     variable = PARAMETERS[name]
-    # The valid values are an interval, perhaps without 0: its ends tell of all others.
+    # The valid values are an interval, perhaps without 0, so the extreme values decide for all.
     odd = values[~np.isfinite(values) | ((values == 0) & variable.nonzero)]
     for value in (*odd.ravel()[:1], *([values.min(), values.max()] if values.size else [])):
         if complaint := variable.complaint(float(value)):

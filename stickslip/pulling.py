@@ -1,9 +1,7 @@
-"""A block that is pulled: at a constant velocity, or one that is linear between given times.
+"""Pulling the upper block, at a constant velocity or one that is linear between given times.
 
-Where a time is given twice, the velocity jumps.
-
-Nothing is periodic then: a run has a duration, and shows slips, which a machine records as a spring
-force that rises and falls, or a steady force.
+The velocity jumps where a time occurs twice. Such a motion is not periodic: a run has a duration,
+and shows slips, which a machine records as a spring force that rises and falls, or a steady force.
 """
 
 from __future__ import annotations
@@ -16,24 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.course import Course, PullError
+from stickslip.datasets import parameter_scalars
 from stickslip.kernels.adaptive.pulled_trajectory import CYCLE, pulled_trajectory
 from stickslip.model.drive import HARMONIC_AMPLITUDES
 from stickslip.options import PULL, Options
 from stickslip.parameters import Parameters
 from stickslip.status import IntegrationError, Status
-from stickslip.variables import PARAMETERS, PULLED, TRAJECTORY
+from stickslip.variables import PULLED, TRAJECTORY
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MELTING = "melting"
-"""The dimension of meltings, each the end of a slip cycle."""
+"""The dimension of meltings; each one ends a slip cycle."""
 
 _MOST_MELTINGS = 100_000
-# The cycles of the last half count, of the time for which the last velocity is held: a motion
-# begins anywhere.
+# The summary uses the cycles in the last half of the time for which the last velocity is held,
+# because the motion starts anywhere.
 _SETTLED = 0.5
-# The part of a run at its end in which a steady force is looked for.
+# The last part of a run, in which the change of a steady force is measured.
 _LATE = 0.1
 
 
@@ -45,13 +44,13 @@ def pulled(
     state: np.ndarray,
     options: Options,
 ) -> xr.Dataset:
-    """Return the time courses of a block that is pulled, from a state (width,).
+    """Return the time courses under a pull, from a state (width,).
 
-    Over `duration` [s], by default to the last time of the course, at `samples` + 1 equidistant
-    times. The slips are on the dimension `melting`, and `motion` and others in the attributes say
-    what the motion comes to.
+    The run lasts `duration` [s], by default until the last time of the course, and has `samples` +
+    1 equidistant times. The slips are on the dimension `melting`; the attributes, `motion` first,
+    summarise the motion that the run settles on.
 
-    Raises PullError for a duration that is missing or no positive number.
+    Raises PullError if the duration is missing or not a positive number.
     """
     end = _duration(course, duration)
     sections, ends, jumps = _sections(parameters, course, end)
@@ -83,9 +82,9 @@ def _duration(course: Course, duration: float | None) -> float:
 def _sections(
     parameters: Parameters, course: Course, end: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the sections (m, columns) in the order of `drive.PulledParameters`, and their ends.
+    """Return the sections (m, columns) of a pull, their ends (m,), and which begin with a jump.
 
-    Also which of them begin with a jump of the velocity.
+    The columns are in the order of `drive.PulledParameters`; a jump is one of the velocity.
     """
     inner = (course.time > 0.0) & (course.time < end)
     begins = np.concatenate([[0.0], np.unique(course.time[inner])])
@@ -101,9 +100,9 @@ def _sections(
 
 
 def _scaled(parameters: Parameters, course: Course) -> Parameters:
-    """Return the parameters with an amplitude and a frequency that set a pull's scales.
+    """Return the parameters with an amplitude and a frequency that set the scales of a pull.
 
-    The speed X_m omega is the pull's largest; the time is the block's free oscillation period.
+    X_m omega is the largest speed of the pull; omega belongs to the free oscillation of the block.
     """
     fastest = float(np.abs(course.velocity).max())
     stiffness = 2.0 * parameters.spring_stiffness
@@ -141,17 +140,14 @@ def _dataset(
     coords: dict[str, Any] = {
         "elapsed_time": ("elapsed_time", times, TRAJECTORY["elapsed_time"].attributes)
     }
-    coords |= {
-        name: ((), value, PARAMETERS[name].attributes)
-        for name, value in parameters._asdict().items()
-        if name not in unused
-    }
+    used = {name: value for name, value in parameters._asdict().items() if name not in unused}
+    coords |= parameter_scalars(used)
     about = _summary(course, times, table[:, -1], slips)
     return xr.Dataset(data, coords, about)
 
 
 def _slips(parameters: Parameters, cycles: np.ndarray) -> dict[str, NDArray[np.float64]]:
-    """Return the values (m,) of `variables.PULLED` for each cycle."""
+    """Return the variables (m,) of `variables.PULLED` over the cycles."""
     end, least_x, largest_x, least_force, largest_force, force_time = cycles.T
     spring = 2.0 * parameters.spring_stiffness
     lasted = np.diff(end, prepend=0.0)
@@ -171,7 +167,7 @@ def _slips(parameters: Parameters, cycles: np.ndarray) -> dict[str, NDArray[np.f
 def _summary(
     course: Course, times: np.ndarray, force: np.ndarray, slips: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, Any]:
-    """Return what the motion comes to at the end of a run."""
+    """Return the kind of motion at the end of a run, and its period and forces."""
     end = times[-1]
     begin = end - _SETTLED * (end - _held_since(course, end))
     settled = (slips["melting_time"] > begin) & np.isfinite(slips["slip_period"])
@@ -194,7 +190,7 @@ def _summary(
 
 
 def _held_since(course: Course, end: float) -> float:
-    """Return the time since which the velocity at the end of a run is held; 0 if it is not."""
+    """Return the time from which the final velocity of a run is held; 0 if it is not held."""
     time, velocity = course
     last = course.before(np.array([end]))
     others = np.flatnonzero((velocity != last) & (time < end))

@@ -1,4 +1,4 @@
-"""The kind of motion of an orbit: a code for files, and a sentence for readers."""
+"""The kinds of motion of an orbit: codes for files, and sentences for readers."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from enum import IntEnum
 
 
 class Regime(IntEnum):
-    """The kinds of motion; the values are those of `regime` in a result file.
+    """The kind of motion of an orbit; its value is the code in a result file.
 
-    The first that applies counts: aperiodic, subharmonic, liquid, locked, stick-slip.
+    The first that applies, in this order: aperiodic, subharmonic, liquid, locked, stick-slip.
 
     >>> stationary_orbit().regime.name
     'STICK_SLIP_SYMMETRIC'
@@ -24,7 +24,7 @@ class Regime(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """One sentence that explains it."""
+        """An explanation in one sentence."""
         return _SENTENCES[self]
 
 

@@ -1,9 +1,10 @@
-"""Stability of a fixed step, checked before anything is computed.
+"""Stability of a fixed step, checked before a computation starts.
 
 An explicit step beyond 2/(fastest rate) need not overflow: it can give finite, plausible and wrong
 amplitudes. So the rates are bounded from the parameters alone, with the speed of a free slip
-instead of the drive's, and an unstable step is refused. The infinite viscous slope of a
-pseudoplastic fluid at V = v is left out: the chatter it causes stays of the order of the step.
+instead of the drive's, and an unstable step is refused. The bound ignores the infinite
+viscous slope of a pseudoplastic fluid at V = v, because the chatter there stays of the order of the
+step.
 """
 
 from __future__ import annotations
@@ -19,5 +20,5 @@ ACCURATE_PART = 0.25
 
 
 def step_as_text(step: float) -> str:
-    """Return two digits of a largest step, rounded down, so that typed back in it is accepted."""
+    """Return the largest step in two digits, rounded down so that a user can type it."""
     return f"{Context(prec=2, rounding=ROUND_FLOOR).create_decimal_from_float(step):g}"

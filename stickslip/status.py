@@ -1,4 +1,4 @@
-"""The ways the computation of a point can end: a code for files, and a sentence for readers."""
+"""How the computation of a point can end: codes for files, and sentences for readers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """The ways in which a point can end; the values are those of `status` in a result file.
+    """How the computation of a point ended; its value is the code in a result file.
 
     >>> Status(0).name, Status.OK.is_result
     ('OK', True)
@@ -26,12 +26,12 @@ class Status(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """One sentence about what happened and what may help."""
+        """The cause and a remedy, in one sentence."""
         return _SENTENCES[self]
 
     @property
     def is_result(self) -> bool:
-        """True if a point that ended this way has amplitudes."""
+        """Whether a point with this status has amplitudes."""
         return self in (Status.OK, Status.APERIODIC, Status.INTERPOLATED)
 
 
@@ -73,7 +73,7 @@ _SENTENCES = {
 
 
 class IntegrationError(RuntimeError):
-    """A trajectory or orbit that could not be computed; `status` tells how it ended.
+    """A trajectory or orbit could not be computed; `status` says why.
 
     >>> try:
     ...     simulate(start="stationary", max_periods=1)

@@ -1,4 +1,4 @@
-"""Labels in mathtext as plain letters and as HTML: pages need no typesetting of formulas."""
+"""Conversion of mathtext labels to plain text and HTML, for pages without typeset formulas."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import html
 import re
 from collections.abc import Callable, Iterator
 
-# What the registry, units and numbers make use of.
+# The commands that occur in the registry, in units and in numbers.
 _COMMANDS = {
     "gamma": "γ",
     "omega": "ω",
@@ -28,9 +28,9 @@ _COMMANDS = {
 }
 _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|[_^{}]|.")
 
-# Lowered letters exist, but for b, c, d, f, g, q, w, y, z and most Greek ones.
+# Unicode has no subscripts of b, c, d, f, g, q, w, y, z and most Greek letters.
 LOWERED = dict(zip("0123456789aehijklmnoprstuvx", "₀₁₂₃₄₅₆₇₈₉ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥₓ", strict=True))
-"""The characters that have a lowered form, and that form."""
+"""The characters with a subscript form, and that form."""
 
 _LOWERED = str.maketrans(LOWERED)
 _RAISED = str.maketrans("0123456789+−γ", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ᵞ")
@@ -39,15 +39,15 @@ _Script = Callable[[str, str], str]
 
 
 def plain(label: str) -> str:
-    """A label in mathtext, such as `$T_c$ (K)`, in plain letters, such as `T_c (K)`.
+    """Return a mathtext label such as `$T_c$ (K)` as plain text, such as `T_c (K)`.
 
-    Powers are raised and indices lowered where there are letters for all of them.
+    Powers become superscripts and indices subscripts if Unicode has all the characters.
     """
     return "".join(_converted(label, str, _plain_script))
 
 
 def as_html(label: str) -> str:
-    """A label in mathtext as HTML; what is not mathtext is escaped."""
+    """Return a mathtext label as HTML; text outside the formulas is escaped."""
     return "".join(_converted(label, html.escape, _html_script))
 
 
@@ -60,7 +60,7 @@ def _converted(label: str, escape: Callable[[str], str], script: _Script) -> Ite
 
 
 def _math(tokens: Iterator[str], escape: Callable[[str], str], script: _Script) -> str:
-    """Tokens up to the end, or to the brace that closes them."""
+    """Convert tokens up to the closing brace, or to the end."""
     parts = []
     for token in tokens:
         if token == "}":
@@ -75,7 +75,7 @@ def _math(tokens: Iterator[str], escape: Callable[[str], str], script: _Script) 
 
 
 def _group(tokens: Iterator[str], escape: Callable[[str], str], script: _Script) -> str:
-    """Return the argument of `_` or `^`: the text in braces, or one symbol."""
+    """Convert the argument of `_` or `^`: the text in braces, or a single symbol."""
     token = next(tokens, "")
     if token == "\\mathrm":
         token = next(tokens, "")

@@ -1,4 +1,4 @@
-"""Tables of named values for notebooks: names, symbols, values, units."""
+"""HTML tables for notebooks, with names, symbols, values and units."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _CELL = "text-align: left; padding: 0 1em 0 0"
 def value_table(
     values: Mapping[str, Any], variables: Mapping[str, Variable], bold: Iterable[str] = ()
 ) -> str:
-    """Return an HTML table of values with symbols and units; meanings are tooltips.
+    """Return an HTML table of values with symbols and units, and meanings as tooltips.
 
-    The rows named in `bold` stand out.
+    The rows named in `bold` are in bold type.
     """
     marked = set(bold)
     rows = [_row(variables[name], value, name in marked) for name, value in values.items()]
@@ -36,7 +36,7 @@ def _row(variable: Variable, value: Any, bold: bool) -> str:
 
 
 def _text(value: Any) -> str:
-    """Return a value as text: flags by name, numbers to seven digits."""
+    """Return a value as text: flags by name, floats to seven digits."""
     name = getattr(value, "name", None)
     if isinstance(name, str):
         return name.lower()

@@ -1,15 +1,16 @@
-"""From parameters to trajectories: an xarray Dataset of the time courses."""
+"""Trajectories: time courses as an xarray Dataset, from parameters."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
 from stickslip.accessors import register_accessors
 from stickslip.course import PULL_SAMPLES, course_of
+from stickslip.datasets import parameter_scalars
 from stickslip.kernels.families import physics_at
 from stickslip.kernels.streams import streams_of
 from stickslip.kernels.trajectories import (
@@ -28,7 +29,7 @@ from stickslip.parameters import Parameters, given_or_default
 from stickslip.pulling import pulled
 from stickslip.stability import step_as_text
 from stickslip.status import IntegrationError, Status
-from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY, full_names
+from stickslip.variables import STARTING, TRAJECTORY, full_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +44,7 @@ TIME = "elapsed_time"
 REALIZATION = "realization"
 """The dimension of the paths of a stochastic film."""
 
-# The columns of samples.
+# The first columns of the samples.
 _SAMPLED = ("lower_displacement", "lower_velocity", "order_parameter")
 
 
@@ -68,7 +69,7 @@ def simulate(
     max_steps: int | None = DEFAULTS.max_steps,
     max_periods: int = DEFAULTS.max_periods,
 ) -> xr.Dataset:
-    """Return the time courses of one trajectory over a number of drive periods.
+    """Return the time courses of one trajectory, over drive periods or under a pull.
 
     >>> path = simulate(Parameters(temperature=250), periods=2, samples_per_period=100)
     >>> path.sizes["elapsed_time"]
@@ -82,22 +83,24 @@ def simulate(
     parameters
         The model's parameters; the paper's Fig. 3 by default.
     periods, samples_per_period
-        Length and sampling; periods*samples_per_period + 1 equidistant samples.
+        Length and sampling, with periods*samples_per_period + 1 equidistant samples.
     start
-        'initial': from (x_0, v_0, phi_0). 'stationary': on the orbit that this start leads to. Or a
-        state (x, v, ln phi, followed by the strain if that relaxes) at phase 0 of the drive, such
-        as `Orbit.state`.
+        'initial' to start from (x_0, v_0, phi_0), 'stationary' to start on the orbit that this
+        motion reaches, or a state (x, v, ln phi, followed by the strain if that relaxes) at phase 0
+        of the drive, such as `Orbit.state`.
     schedule
-        Parameters that change along the run, with the same number of values for each: `periods` at
-        the first values, as many at the second, and so on (Fig. 6 of the paper). Each section
-        begins in the state (x, v, phi) in which the one before ended, at phase 0 of the drive.
+        Parameters that change along the run, each with the same number of values: the first values
+        hold for `periods` drive periods, the second for as many, and so on (Fig. 6 of the paper).
+        Each section begins at phase 0 of the drive, in the state (x, v, phi) at the end of the
+        previous one.
     drive, duration, samples
-        Another motion of the upper block: a constant velocity [m/s], or a table, such as a
-        DataFrame, with the columns `elapsed_time` [s] and `velocity` [m/s], which is linear in
-        between, and held before and after; two rows at one time are a step. It lasts `duration`
-        [s], by default to the last time of the table, and is sampled at samples + 1 equidistant
-        times; X(0) = 0. X_m, omega, `periods`, `samples_per_period` are not used. By the adaptive
-        method, without stochastic noise.
+        A pull of the upper block instead of the periodic drive: a constant velocity [m/s], or a
+        table, such as a DataFrame, with the columns `elapsed_time` [s] and `velocity` [m/s]. The
+        velocity is linear between the rows and constant before and after them; it jumps where two
+        rows have the same time. The run lasts `duration` [s], by default until the last time of the
+        table, and is sampled at samples + 1 equidistant times. X(0) = 0. X_m, omega, `periods` and
+        `samples_per_period` are not used. A pull needs the adaptive method, and excludes stochastic
+        noise.
     realizations, seed
         The number of paths of a stochastic film, and the seed of their random numbers.
     method, rtol, dt, noise, friction, strain, max_steps, max_periods
@@ -106,27 +109,27 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Variables of `variables.TRAJECTORY` over the dimension `elapsed_time` [s], the parameters as
-        scalar coordinates, scheduled ones along time; interpolation between the steps of the
-        adaptive method is of order 3. The sample at which two sections meet has the parameters of
-        the first. A stochastic film adds the dimension `realization`, a pulled block the dimension
-        `melting` with `variables.PULLED`: its attribute `motion` is 'stick-slip' or 'steady', and
-        others say with which period and forces.
+        Variables of `variables.TRAJECTORY` over the dimension `elapsed_time` [s]. The parameters
+        are scalar coordinates, or vary along time if they are scheduled; the sample between two
+        sections has the parameters of the first. Between the steps of the adaptive method the
+        samples are interpolated to order 3. A stochastic film adds the dimension `realization`. A
+        pull adds the dimension `melting` with `variables.PULLED`; its attribute `motion` is
+        'stick-slip' or 'steady', and further attributes give the period and the forces.
 
     Raises
     ------
     IntegrationError
-        The state diverged, the budget ran out, the fixed step is unstable or, from
+        The state diverged, the budget ran out, the fixed step is unstable or, for the start
         'stationary', no stationary orbit was reached.
     NoiseError
         phi_0 = 0 without noise.
     ParameterError, TypeError
-        A scheduled value is out of range, or not that of a parameter; `parameters` or `schedule` is
-        something else.
+        A scheduled value is out of range, a scheduled name is not a parameter, or `parameters` or
+        `schedule` has the wrong type.
     ValueError
-        Fewer than one period or one sample per period; a start that is neither a name nor a state;
-        a schedule with no values, or with different numbers of them; a drive that is none
-        (PullError), or together with what it excludes.
+        There is less than one period or one sample per period; the start is neither a name nor a
+        state; a schedule has no values, or unequal numbers of them; a pull is invalid (PullError),
+        or combined with an option that it excludes.
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
@@ -160,7 +163,7 @@ def simulate(
     register_accessors()
     if not options.physics.chance:
         return run.path(state, new_stream())
-    # The streams of the first section serve the whole run.
+    # The whole run uses the streams of the first section.
     return _together([run.path(state, new_stream(own)) for own in streams_of(points[:1], options)])
 
 
@@ -170,7 +173,7 @@ def _refuse_with_a_pull(
     schedule: Mapping[str, Sequence[float]] | None,
     options: Options,
 ) -> None:
-    """Raise ValueError for what a pulled block cannot have."""
+    """Raise ValueError for options that a pull excludes."""
     complaints = {
         "duration belongs to a drive: give one, or give periods": drive is None,
         "start 'stationary' belongs to a periodic drive: there is no stationary orbit of another; "
@@ -216,17 +219,16 @@ def _together(paths: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _scheduled(schedule: Mapping[str, Sequence[float]]) -> dict[str, Sequence[float]]:
-    """Return the values of a schedule by the full names of its parameters, or say what is wrong."""
-    # Whoever calls without a type checker may give anything.
+    """Return the values of a schedule by full names; raises TypeError or ValueError."""
+    # A caller without a type checker may pass anything.
     is_mapping: bool = isinstance(schedule, Mapping)
     if not is_mapping or any(np.ndim(values) != 1 for values in schedule.values()):
         raise TypeError(f"schedule must map parameters to lists of values, not {schedule!r}")
     scheduled = full_names(schedule)
     if starting := [name for name in scheduled if name in STARTING]:
         raise ValueError(f"{', '.join(starting)} cannot be scheduled: a run begins once")
-    if len({len(values) for values in scheduled.values()} or {1}) > 1 or not all(
-        len(values) for values in scheduled.values()
-    ):
+    lengths = {len(values) for values in scheduled.values()}
+    if len(lengths) > 1 or 0 in lengths:
         listed = ", ".join(f"{name} {len(values)}" for name, values in scheduled.items())
         raise ValueError(f"scheduled parameters need equally many values, but have: {listed}")
     return scheduled
@@ -241,7 +243,7 @@ def _sections(parameters: Parameters, scheduled: Mapping[str, Sequence[float]]) 
 
 
 def _refuse_unstable(points: np.ndarray, options: Options) -> None:
-    """Raise IntegrationError where a fixed step is unstable for any of points (n, parameters)."""
+    """Raise IntegrationError if a fixed step is unstable at any of the points (n, parameters)."""
     limit = float(METHODS[options.method].kernels.largest_step(points, options).min())
     if options.dt > limit:
         largest = step_as_text(limit)
@@ -257,7 +259,7 @@ def _sampled(
     per_period: int,
     stream: np.ndarray,
 ) -> np.ndarray:
-    """Return the states (x, v, phi, ...) at the sample times, (periods*per_period + 1, width)."""
+    """Return the states (x, v, phi, ...) at the samples, (periods*per_period + 1, width)."""
     samples = np.empty((periods * per_period + 1, _width(options)))
     status = Status(write_trajectory(point, options, state, per_period, samples, stream))
     if status is not Status.OK:
@@ -266,19 +268,17 @@ def _sampled(
 
 
 def _width(options: Options) -> int:
-    """Number of state variables."""
+    """Return the number of state variables."""
     return model_of(options.physics).width
 
 
 def _refuse_unknown_start(
     start: StartName | Sequence[float], components: tuple[Component, ...]
 ) -> None:
+    """Raise ValueError for a start that is neither a name nor a finite state."""
     names = get_args(StartName)
-    if isinstance(start, str):
-        known = start in names
-    else:
-        known = np.shape(start) == (len(components),) and bool(np.isfinite(start).all())
-    if not known:
+    is_state = np.shape(start) == (len(components),) and bool(np.isfinite(start).all())
+    if not (start in names if isinstance(start, str) else is_state):
         state = ", ".join(component.symbol for component in components)
         raise ValueError(
             f"start must be one of {names}, or a state ({state}) of finite numbers; not {start!r}"
@@ -288,7 +288,7 @@ def _refuse_unknown_start(
 def _start_state(
     point: np.ndarray, options: Options, start: StartName | Sequence[float]
 ) -> np.ndarray:
-    """The state (x, v, ln phi) at phase 0 from which a trajectory starts, shape (width,)."""
+    """Return the state (x, v, ln phi) at phase 0 from which a trajectory starts, (width,)."""
     if not isinstance(start, str):
         return np.array(start, dtype=float)
     if start == "stationary":
@@ -303,7 +303,7 @@ def _start_state(
 
 
 def _state_of(sample: np.ndarray) -> np.ndarray:
-    """The state (x, v, ln phi) of a sample (x, v, phi, ...), shape (width,)."""
+    """Return the state (x, v, ln phi) of a sample (x, v, phi, ...), (width,)."""
     with np.errstate(divide="ignore"):  # a fixed step may end at phi = 0
         return np.where(np.arange(len(sample)) == FILM, np.log(np.abs(sample)), sample)
 
@@ -315,7 +315,7 @@ def _section(
     times: np.ndarray,
     samples: np.ndarray,
 ) -> xr.Dataset:
-    """Return the Dataset of a section at times since its start, `own`, and the run's, `times`."""
+    """Return the Dataset of a section; `own` are times since its start, `times` in the run."""
     import xarray as xr
 
     observables = np.empty((len(own), len(OBSERVABLES)))
@@ -331,15 +331,12 @@ def _section(
         for name in TRAJECTORY
         if name != TIME
     }
-    coords = {TIME: (TIME, times, TRAJECTORY[TIME].attributes)} | {
-        name: ((), value, PARAMETERS[name].attributes)
-        for name, value in parameters._asdict().items()
-    }
-    return xr.Dataset(data, coords)
+    coords: dict[str, Any] = {TIME: (TIME, times, TRAJECTORY[TIME].attributes)}
+    return xr.Dataset(data, coords | parameter_scalars(parameters._asdict()))
 
 
 def _joined(parts: list[xr.Dataset], scheduled: Iterable[str]) -> xr.Dataset:
-    """Join the sections in time, each instant once, with the scheduled parameters along time."""
+    """Join the sections in time, without repeated samples; scheduled parameters vary along time."""
     import xarray as xr
 
     if not scheduled:

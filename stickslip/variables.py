@@ -1,7 +1,7 @@
 """The registry of all named quantities: parameters, trajectories, results.
 
-A quantity is declared here once, for its documentation, axis label, valid range and NetCDF
-attributes. Symbols are the paper's (Lyashenko & Zaskoka 2013).
+Each quantity is declared here once; its documentation, axis label, valid range and NetCDF
+attributes follow. The symbols come from the paper (Lyashenko & Zaskoka 2013).
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from stickslip.symbols import LOWERED
 class Variable:
     """A named quantity: its symbol in ASCII and in mathtext, its unit (UDUNITS) and its meaning.
 
-    A unit that hangs on another quantity, which UDUNITS cannot say, is `written` for people. The
-    name is that under which the quantity is declared, `kind` the type of its values.
+    `written` is the unit for readers, where it depends on another quantity, which UDUNITS cannot
+    express. `name` is the declared name, `kind` the type of the values.
     """
 
     symbol: str
@@ -41,12 +41,12 @@ class Variable:
 
     @property
     def unit(self) -> str:
-        """Unit in words; empty if dimensionless."""
+        """The unit for readers; empty if dimensionless."""
         return self.written or ("" if self.units == "1" else self.units)
 
     @property
     def attributes(self) -> dict[str, str]:
-        """CF attributes of the quantity: long_name, units, symbol, and the comment if any."""
+        """The CF attributes: long_name, units, symbol, and comment if there is one."""
         named = {"long_name": self.meaning, "units": self.units, "symbol": self.symbol}
         return named | ({"comment": self.comment} if self.comment else {})
 
@@ -55,15 +55,15 @@ class Variable:
 class ParameterVariable(Variable):
     """A model parameter: its default (Fig. 3 of the paper) and the interval of its valid values.
 
-    A parameter that is not `in_paper` enters the key of a point's random numbers only where it is
-    not its default, so that a new one leaves the numbers of the points that do without it.
+    A parameter that is not `in_paper` enters the key of a point's random numbers only if it differs
+    from its default. So points that do not use a new parameter keep their numbers.
 
-    A coefficient of the free energy has a `phi_power`: it multiplies this power of the order
-    parameter in the force on ln(phi), with the sign `phi_sign`, +1 or -1. `model/film.py` derives
-    its terms in the energy and the force, and the phases, from that. `directed` marks a parameter
-    whose sign is a direction of motion and changes in the mirror image. `measured_in` names the
-    parameters, maybe none, whose product is the scale of one that is not its own scale: one whose
-    changes are not told relative to its value.
+    A coefficient of the free energy has a `phi_power`: in the force on ln(phi) it multiplies this
+    power of the order parameter, with the sign `phi_sign`, +1 or -1. `model/film.py` derives its
+    terms in the energy and the force, and the phases, from that. `directed` marks a parameter whose
+    sign is a direction of motion and changes in the mirror image. Changes of a parameter are
+    relative to its value, or else to the product of the parameters in `measured_in`, which is 1 if
+    that is empty.
     """
 
     default: float = math.nan
@@ -78,7 +78,7 @@ class ParameterVariable(Variable):
     measured_in: tuple[str, ...] | None = None
 
     def complaint(self, value: float) -> str | None:
-        """Say what is wrong with `value`, as the end of a sentence; None if it is valid."""
+        """Return what is wrong with `value`, as the end of a sentence; None if it is valid."""
         if not math.isfinite(value):
             return f"must be a finite number, not {value!r}"
         if self.nonzero and value == 0:
@@ -96,8 +96,8 @@ class ParameterVariable(Variable):
 class ResultVariable(Variable):
     """An observable of a stationary orbit: a column of result rows and a variable of files.
 
-    The value of a point with a result is finite and within `lower` and `upper`; an orbit may lack
-    it where it is not one that each has `always`.
+    In a point with a result the value is finite and between `lower` and `upper`. It may be missing
+    there unless the variable is `always` present.
     """
 
     lower: float = -sys.float_info.max
@@ -106,7 +106,7 @@ class ResultVariable(Variable):
 
     @property
     def dtype(self) -> str:
-        """The type in files."""
+        """The data type in files."""
         return _IN_FILES[self.kind][0]
 
     @property
@@ -133,7 +133,7 @@ def _by_name(**variables: _V) -> Mapping[str, _V]:
 
 
 def _declared(values: type) -> Mapping[str, Any]:
-    """Return the variables with which the fields of a NamedTuple are annotated, by name."""
+    """Return the variables in the annotations of a NamedTuple, by field."""
     hints = get_type_hints(values, include_extras=True)
     return MappingProxyType(
         {
@@ -147,9 +147,9 @@ def _declared(values: type) -> Mapping[str, Any]:
 # Formatted by hand, to keep each declaration on as few lines as it needs.
 # fmt: off
 class ParameterValues(NamedTuple):
-    """The parameters: a tuple of floats that compiled code takes as it is.
+    """The parameters: a tuple of floats, which compiled code takes as it is.
 
-    There are no defaults: code that forgets a parameter does not compile.
+    It has no defaults, so that code that forgets a parameter does not compile.
     """
 
     temperature: Annotated[float, _not_negative("T", "T", "K", "lubricant temperature",
@@ -229,7 +229,7 @@ ParameterKeywords = TypedDict("ParameterKeywords", {  # noqa: UP013 - a line for
     "sextic_coefficient": float, "e": float, "third_harmonic": float, "a_3": float,
     "fifth_harmonic": float, "a_5": float,
 }, total=False)
-"""The names and symbols by which parameters are given, as type checkers and editors need them."""
+"""The names and symbols of the parameters, for type checkers and editors."""
 
 _ORDER_PARAMETER = Variable("phi", r"\varphi", "1", "order parameter of the film")
 _ELASTIC_STRAIN = Variable(
@@ -259,7 +259,7 @@ PULLED: Mapping[str, Variable] = _by_name(
     slip_force_min=Variable("min F", r"\min F", "N", "least friction force of a cycle"),
     slip_force_mean=Variable("mean F", r"\overline{F}", "N", "mean friction force of a cycle"),
 )
-"""What the trajectory of a pulled block has besides: a force in time, and its slip cycles."""
+"""Further variables of a trajectory under a pull: the spring force, and the slip cycles."""
 
 STROBOSCOPIC: Mapping[str, Variable] = _by_name(
     period=Variable("n", "n", "1", "drive periods since the start"),
@@ -294,7 +294,7 @@ PHASES: Mapping[str, Variable] = _by_name(
 )
 
 OBSERVABLES = ("harmonics", "moments")
-"""What `observables` may name; it changes nothing, since all result variables are computed."""
+"""The values of the option `observables`, which has no effect: all variables are computed."""
 
 _ORBIT = "over the stationary orbit"
 _HALF = (
@@ -302,13 +302,13 @@ _HALF = (
     "over single periods"
 )
 _SPREAD = (
-    "over the orbit, the window of an aperiodic one, or all periods of all realizations; 0 if it "
-    "closes after one period"
+    "over the orbit, the window of an aperiodic orbit, or all periods of all realizations; 0 if "
+    "the orbit closes after one period"
 )
 _ALL = "for a stochastic film over all periods of all realizations"
-_TYPICAL = "for a stochastic film that of its typical path"
+_TYPICAL = "for a stochastic film, of its typical path"
 _FIRST = "F = F' X/|X_m| + F'' (dX/dt)/(|X_m| omega) at the frequency of the drive"
-_MACHINE = "|X_m| is of the machine, springs and block included: no modulus of the film"
+_MACHINE = "|X_m| describes the whole machine, with springs and block; it is no modulus of the film"
 _PERIODS = "of aperiodic orbits and stochastic films over all measured periods"
 _WINDOW = (
     f"{_PERIODS}, with a standard error of at most about amplitude_error/3 times friction_force_rms"
@@ -316,7 +316,7 @@ _WINDOW = (
 _STATED = "of aperiodic orbits and stochastic films three standard errors of the mean"
 
 class OrbitValues(NamedTuple):
-    """The values of an orbit: those of a result row, and a state."""
+    """The values of an orbit: a result row and a state."""
 
     elastic_stress_amplitude: Annotated[float, ResultVariable("sigma_el,max",
         r"\sigma_\mathrm{el,max}", "Pa", "amplitude of the elastic stress", _HALF, lower=0.0)]
@@ -415,9 +415,9 @@ ENERGY_COEFFICIENTS: tuple[str, ...] = tuple(
 
 
 def unbounded(*coefficients: float) -> str | None:
-    """Say what lets an order parameter with these coefficients grow without bound; None if bounded.
+    """Return why the order parameter can grow without bound at these coefficients, or None.
 
-    In the order of `ENERGY_COEFFICIENTS`. The highest one that is not 0 must have a plus sign.
+    They are in the order of `ENERGY_COEFFICIENTS`. The highest that is not 0 must have a plus sign.
     """
     named = zip(ENERGY_COEFFICIENTS, coefficients, strict=True)
     *_, (name, value) = (ENERGY_COEFFICIENTS[0], 0.0), *((n, v) for n, v in named if v != 0)
@@ -430,7 +430,7 @@ def unbounded(*coefficients: float) -> str | None:
 
 
 RESULT_COLUMNS: tuple[str, ...] = tuple(RESULTS)
-"""Columns of a result row, in the order of the registry."""
+"""The columns of a result row, in the order of the registry."""
 
 STARTING = ("initial_displacement", "initial_velocity", "initial_order_parameter")
 """The parameters that only set how a motion begins."""
@@ -445,9 +445,9 @@ GREEK = {
     letter: unicodedata.lookup(f"GREEK SMALL LETTER {letter}")
     for letter in ("alpha", "gamma", "delta", "sigma", "tau", "phi", "omega")
 }
-"""Greek letters by the names that symbols have for them."""
+"""Greek letters, by their names in symbols."""
 
-# How a symbol may be spelled besides: as pictures and pages print it. U+03D5 is another phi.
+# Symbols may also be spelled as pictures and pages print them. U+03D5 is another phi.
 _LETTERS = str.maketrans(
     {greek: name for name, greek in GREEK.items()}
     | {"\u03d5": "phi"}
@@ -457,12 +457,12 @@ _INDEX = re.compile(r"[{0}]+(?:,[{0}]+)*".format("".join(LOWERED.values())))
 
 
 def _spelled_out(symbol: str) -> str:
-    """Return a symbol as the registry has it: `σₑₗ,ₘₐₓ` as `sigma_el,max`."""
+    """Return a symbol in the spelling of the registry: `sigma_el,max` for `σₑₗ,ₘₐₓ`."""
     return _INDEX.sub(lambda index: f"_{index[0]}", symbol).translate(_LETTERS)
 
 
 def canonical_name(name: str) -> str | None:
-    """Return the full name of a parameter for its name or the paper's symbol; None if unknown.
+    """Return the full name of a parameter from its name or the paper's symbol; None if unknown.
 
     Symbols may have Greek letters and subscripts: `gamma`, `γ`; `phi_0`, `φ_0`, `φ₀`.
     """
@@ -470,14 +470,14 @@ def canonical_name(name: str) -> str | None:
 
 
 def canonical_result(name: str) -> str | None:
-    """Return the full name of a result variable for its name or symbol; None if unknown."""
+    """Return the full name of a result variable from its name or symbol; None if unknown."""
     return name if name in RESULTS else _RESULT_BY_SYMBOL.get(_spelled_out(name))
 
 
 def full_name(name: str) -> str:
-    """Return the full name of a parameter for its name or symbol; raises TypeError for any other.
+    """Return the full name of a parameter from its name or symbol.
 
-    The message has the one that may be meant.
+    Raises TypeError for any other name, and suggests a similar one.
     """
     known = canonical_name(name)
     if known is None:
@@ -488,9 +488,9 @@ def full_name(name: str) -> str:
 
 
 def full_names(given: Mapping[Any, _Value]) -> dict[str, _Value]:
-    """Return values by the full names of parameters, which are given by name or symbol.
+    """Return values by the full names of parameters, from a mapping by names or symbols.
 
-    Raises TypeError for what is no parameter, and for one that is given twice.
+    Raises TypeError for a name that is not a parameter, and for a parameter that is given twice.
     """
     values: dict[str, _Value] = {}
     for key, value in given.items():

@@ -32,20 +32,20 @@ def found() -> xr.Dataset:
 
 
 @pytest.mark.parametrize(("temperature", "of", "by", "value", "digit"), MEASURED)
-def test_measured_values_come_out(
+def test_derivatives_agree_with_an_independent_solver(
     found: xr.Dataset, temperature: float, of: str, by: str, value: float, digit: float
 ) -> None:
     point = found[{"point": [200.0, 220.0, 250.0].index(temperature)}].sel(parameter=by)
     assert point[f"{of}_sensitivity"].item() == pytest.approx(value, abs=digit)
 
 
-def test_the_forms_are_told(found: xr.Dataset) -> None:
+def test_the_attributes_state_the_forms(found: xr.Dataset) -> None:
     forms = found[f"{F}_sensitivity"].attrs["form"].split()
     assert forms == ["logarithmic", "logarithmic", "logarithmic", "plain", "plain"]
     assert found.parameter.values.tolist()[:2] == ["viscosity_coefficient", "temperature"]
 
 
-def test_the_orbits_come_along(found: xr.Dataset) -> None:
+def test_the_orbits_are_returned_as_well(found: xr.Dataset) -> None:
     orbits = stationary_orbits({"temperature": [200.0, 220.0, 250.0]}, rtol=1e-8)
     xr.testing.assert_identical(found[list(orbits.data_vars)], orbits)
 
@@ -58,8 +58,8 @@ def test_the_index_of_a_plain_difference(found: xr.Dataset) -> None:
     assert value == pytest.approx(np.log(force[1] / force[0]) / (2 * step), rel=1e-5)
 
 
-def test_a_length_in_which_nothing_else_is_measured_scales() -> None:
-    """The viscous stress of a film without elasticity has one scale: a power of it is exact."""
+def test_an_amplitude_with_one_scale_follows_a_power_law() -> None:
+    """The viscous stress of a film without elasticity has one scale, so that powers are exact."""
     ds = sensitivities({"a": 0.0, "gamma": 0.0, "K": 1e9, "k": 0.1}, ["k", "A"], F)
     assert ds[f"{F}_sensitivity"].values == pytest.approx([1.0, 1.0], abs=1e-3)
 
@@ -78,7 +78,7 @@ def test_the_stated_error_bounds_the_true_one() -> None:
 
 
 def test_a_jump_has_no_derivative() -> None:
-    """At 14.9181 rad/s a film at 200 K begins to melt once more in each period."""
+    """From 14.9181 rad/s on, a film at 200 K melts once more in each period."""
     ds = sensitivities({"omega": [14.0, 14.9181, 16.0]}, "omega")
     nan = np.isnan(ds[f"{F}_sensitivity"].values[:, 0])
     assert nan.tolist() == [False, True, False]
@@ -93,7 +93,7 @@ def test_values_at_the_end_of_their_range_have_derivatives_from_one_side() -> No
     assert sextic == pytest.approx(np.log(force[1] / force[0]) / 0.1, rel=1e-2)
 
 
-def test_what_is_no_model_or_is_zero_has_no_derivative() -> None:
+def test_neither_an_invalid_neighbour_nor_a_zero_has_a_derivative() -> None:
     ds = sensitivities({"T": 250.0, "D": 0.0, "phi_0": 0.1}, ["d", "D"])
     assert np.isnan(ds[f"{F}_sensitivity"].values).all()
 
@@ -111,7 +111,7 @@ WRONG: dict[str, tuple[dict[str, Any], type[Exception], str]] = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_is_refused_in_words(case: str) -> None:
+def test_invalid_arguments_are_refused_with_a_reason(case: str) -> None:
     arguments, error, words = WRONG[case]
     with pytest.raises(error, match=re.escape(words)):
         sensitivities({}, **arguments)
@@ -130,7 +130,7 @@ def test_independent_errors_add_in_squares(found: xr.Dataset) -> None:
     assert "parameter" not in errors.coords
 
 
-def test_an_error_is_that_of_a_random_sample() -> None:
+def test_an_error_agrees_with_a_random_sample() -> None:
     spread, rng = 0.01 * Parameters().viscosity_coefficient, np.random.default_rng(1)
     center = {"T": 250.0, "k": Parameters().viscosity_coefficient}
     error = propagated(sensitivities(center, "k"), {"k": spread})[f"{F}_standard_error"].item()

@@ -1,4 +1,4 @@
-"""Sobol indices over a box: the estimator, points without a result, and what is refused."""
+"""Sobol indices over a box: the estimator, points without a result, and invalid boxes."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_the_indices_of_ishigami_are_in_their_intervals(design: Design) -> None:
         assert (high - low < 0.25).all(), order
 
 
-def test_the_estimator_is_that_of_scipy(design: Design) -> None:
+def test_the_estimator_agrees_with_scipy(design: Design) -> None:
     values = ishigami(design)
     given = {"f_A": values[:1], "f_B": values[1:2], "f_AB": values[2:, None]}
     known = sobol_indices(func=given, n=values.shape[1])
@@ -61,14 +61,14 @@ def test_the_estimator_is_that_of_scipy(design: Design) -> None:
     np.testing.assert_allclose(found, [known.first_order, known.total_order], rtol=1e-13)
 
 
-def test_base_points_without_a_result_are_left_out_whole(design: Design) -> None:
+def test_base_points_without_a_result_are_left_out_entirely(design: Design) -> None:
     values, lost = ishigami(design), np.array([3, 500, 501])
     rows, there = values.copy(), np.delete(values, lost, axis=1)
     rows[(0, 2, 4), lost] = np.nan  # in A, and in two of the mixtures
     result = rows_with(friction_force_amplitude=rows)
     ds = indices_of(design, result, ["friction_force_amplitude"])
     expected = saltelli(there - there[:2].mean())
-    # Up to the order of sums: the same points in other arrays.
+    # Up to the order of sums, because the same points are in other arrays.
     found = [ds.first_order[0], ds.total_order[0]]
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14)
     assert ds.attrs["base_points_without_result"] == 3
@@ -119,7 +119,7 @@ def test_a_logarithmic_range_is_drawn_evenly_in_the_logarithm() -> None:
     np.testing.assert_allclose(exponents.mean(axis=1), math.log10(5000), atol=0.01)
 
 
-def test_orbits_are_those_of_the_points_of_the_design() -> None:
+def test_orbits_are_computed_at_the_points_of_the_design() -> None:
     box = {"T": (255, 300), "k": {"log": (2e4, 2e5)}, "gamma": 0}
     ds = sensitivity_indices(box, base_points=16, seed=3)
     ranges = {
@@ -141,14 +141,14 @@ def test_orbits_are_those_of_the_points_of_the_design() -> None:
     [
         ({"T": 200}, BoxError, "no parameter varies"),
         ({"T": (280, 200)}, BoxError, "temperature: must rise"),
-        ({"gamma": {"log": (-0.5, 1)}}, BoxError, "both must be above 0"),
+        ({"gamma": {"log": (-0.5, 1)}}, BoxError, "two values above 0 for a logarithm"),
         ({"T": (200, 250, 300)}, BoxError, r"temperature: must be \[low, high\], "),
         ({"T": "warm", "k": (1e4, 2e4)}, ParameterError, "temperature must be a number"),
         ({"T": (-5, 200)}, ParameterError, "temperature"),
         ({"warmth": (200, 300)}, TypeError, "warmth"),
     ],
 )
-def test_a_box_that_is_none_is_refused(
+def test_an_invalid_box_is_refused(
     box: dict[str, object], error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error, match=message):

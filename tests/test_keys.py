@@ -1,4 +1,4 @@
-"""The keys of points: the published hash, what enters, and that no two points share one."""
+"""The keys of points: the published hash, what they depend on, and that no two points share one."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from stickslip import keys as module
 from stickslip.keys import Keys, checksums, keys_of_lines, keys_of_points, secret_of
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 
-# Vectors of 128 bits of the reference implementation: of the messages that are the first so many
-# of the bytes 00, 01, ..., under the secret 00 01 ... 0f.
+# Test vectors of the reference implementation, of 128 bits, by the length of the message 00 01 ...;
+# the secret is 00 01 ... 0f.
 VECTORS = {
     0: "a3817f04ba25a8e66df67214c7550293",
     1: "da87c1d86b99af44347659119b22fc45",
@@ -21,19 +21,19 @@ VECTORS = {
     8: "3b62a9ba6258f5610f83e264f31497b4",
 }
 
-# Of a version and settings that are no program's: these keys may never change.
+# For an artificial version and settings: these keys must never change.
 SECRET = secret_of('{"integrator.rtol": 1e-05}', "golden")
 GOLDEN = {
     Parameters(): "7afd928be9fdd249db7451379645d93f",
     Parameters(temperature=250.0, rheological_index=0.0): "4cd8a4afd79195a5352e4a8976e76ce1",
     Parameters(third_harmonic=0.25): "b0b6e875d011b11318f511c6117994b6",
 }
-GOLDEN_LINE = "74aa60c188bd392bcefb513a45acdedb"  # of the last of them, along a line of all three
+GOLDEN_LINE = "74aa60c188bd392bcefb513a45acdedb"  # of the last point, along a line of all three
 GOLDEN_SUM = 0x7FA676516A6CC648
 
 
 def siphash(message: bytes, secret: bytes) -> str:
-    """SipHash-2-4 with 128 bits of output, as its authors describe it, slowly."""
+    """SipHash-2-4 with 128 bits of output, as its authors describe it; slow."""
     mask = (1 << 64) - 1
 
     def turned(word: int, bits: int) -> int:
@@ -96,7 +96,7 @@ def test_compiled_keys_and_checksums_are_this_hash() -> None:
     assert found.tobytes().hex() == siphash(row.tobytes(), secret)[:16]
 
 
-def test_keys_are_the_same_for_ever() -> None:
+def test_keys_never_change() -> None:
     points = np.array([*GOLDEN])
     assert [*map(hexadecimal, keys_of_points(points, SECRET))] == [*GOLDEN.values()]
     along = keys_of_lines(points[None], SECRET)[0]
@@ -108,7 +108,7 @@ def test_keys_are_the_same_for_ever() -> None:
 
 def test_a_new_parameter_at_its_default_changes_no_key() -> None:
     (point,) = module._bits(np.array([Parameters()]))
-    older = slice(1, None)  # before the first of them was there
+    older = slice(1, None)  # as if the first of them did not exist
     keys = np.empty((1, 1, 2), dtype=np.uint64)
     others = (module._OTHERS[older], module._NUMBERS[older], module._DEFAULTS[older])
     module._fill_keys(point[None, None], module._PAPER, *others, SECRET, keys)
@@ -134,7 +134,7 @@ def test_settings_and_version_enter() -> None:
     assert len({key(secret) for secret in secrets}) == 4
 
 
-def test_a_line_tells_the_way_there() -> None:
+def test_keys_along_a_line_depend_on_the_way() -> None:
     points = np.array([Parameters(temperature=t) for t in (200.0, 210.0, 220.0, 230.0)])
     whole = keys_of_lines(points[None], SECRET)[0]
     np.testing.assert_array_equal(keys_of_lines(points[None, :2], SECRET)[0], whole[:2])
@@ -145,13 +145,13 @@ def test_a_line_tells_the_way_there() -> None:
 
 
 @pytest.mark.parametrize("count", one_then("stress", [100_000, 10_000_000]))
-def test_near_points_have_keys_of_their_own(count: int) -> None:
+def test_near_points_have_different_keys(count: int) -> None:
     point = np.array([Parameters()])
     words = np.empty(count, dtype=np.uint64)
     for first in range(0, count, 100_000):
         points = np.repeat(point, 100_000, axis=0)
         points[:, 0] = (200.0 + np.spacing(200.0) * np.arange(first, first + 100_000)).ravel()
         words[first : first + 100_000] = keys_of_points(points, SECRET)[:, 0]
-    assert len(np.unique(words)) == count  # half of a key is enough to tell them
+    assert len(np.unique(words)) == count  # half of a key is enough to distinguish them
     ones = np.unpackbits(words[:100_000].view(np.uint8)).reshape(100_000, 64).mean(axis=0)
     assert np.abs(ones - 0.5).max() < 0.01

@@ -1,8 +1,9 @@
-"""Orbits: what comes back, every way to end, and that points do not meet."""
+"""Orbits: their values, all statuses, and that points do not affect each other."""
 
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable
 from dataclasses import fields
 
 import numpy as np
@@ -24,10 +25,10 @@ from stickslip.variables import RESULT_COLUMNS, RESULTS
 COUNTS = {"orbit_periods", "melting_count", "solid_transition_count", "periods_integrated"}
 
 VISCOUS = {"elastic_coefficient": 0.0}
-"""Without elasticity the film allows fixed steps of 4e-5 s: an orbit in milliseconds."""
+"""Without elasticity the film allows fixed steps of 4e-5 s, and orbits take milliseconds."""
 
 
-# --- what comes back ------------------------------------------------------------------------------
+# --- values ---------------------------------------------------------------------------------------
 
 
 def test_an_orbit_holds_the_result_columns_by_name() -> None:
@@ -49,7 +50,7 @@ def test_counts_are_integers_and_the_status_is_a_status() -> None:
 
 
 def test_an_orbit_is_equal_to_its_pickle() -> None:
-    """Those of its numbers that are NaN as well."""
+    """Even if some of its numbers are NaN."""
     for orbit in (stationary_orbit(), stationary_orbit(max_periods=1)):
         again = pickle.loads(pickle.dumps(orbit))
         assert again == orbit
@@ -70,9 +71,9 @@ def test_the_paper_is_the_default() -> None:
     [{"rheological_index": 0.0}, {"rheological_index": 2 / 3}, {"spring_stiffness": 500.0}],
     ids=str,
 )
-def test_the_state_is_as_close_to_the_limit_as_asked(changes: dict[str, float]) -> None:
-    # By plain iteration of offsets that take 10 to 300 periods for one e-fold: a small step from
-    # one period to the next is not a small distance to the limit.
+def test_the_state_is_within_the_tolerance_of_the_limit(changes: dict[str, float]) -> None:
+    # Plain iteration of offsets that take 10 to 300 periods for one e-fold: a small step from one
+    # period to the next is not a small distance to the limit.
     scale = [0.8e-6, 0.8e-6 * 10]
     near = orbits(row(**changes), rtol=1e-8, stationary_rtol=1e-4, accelerate=False)
     limit = orbits(row(**changes), rtol=1e-8, stationary_rtol=1e-8)
@@ -90,7 +91,7 @@ def test_a_tighter_tolerance_states_a_smaller_error() -> None:
 # --- many points ----------------------------------------------------------------------------------
 
 
-def test_points_are_left_as_they_are() -> None:
+def test_points_are_not_modified() -> None:
     points = np.array([row(initial_velocity=1e200), row(initial_order_parameter=0.6)])
     before = points.copy()
     compute_orbits(points, Options(max_periods=1))
@@ -119,13 +120,20 @@ def test_no_points_give_no_results() -> None:
 # --- budgets, refusals, noise ---------------------------------------------------------------------
 
 
-def test_a_step_budget_that_is_just_enough() -> None:
-    # The budget covers the search and the measurement; one step less is a step too few.
-    low, high = 1, 1_000_000
+def just_enough(most: int, is_enough: Callable[[int], bool]) -> tuple[int, int]:
+    """The largest number up to `most` that is not enough, and the next one, which is."""
+    low, high = 1, most
     while high - low > 1:
         middle = (low + high) // 2
-        enough = orbits(row(), max_steps=middle).status[0] == Status.OK
-        low, high = (low, middle) if enough else (middle, high)
+        low, high = (low, middle) if is_enough(middle) else (middle, high)
+    return low, high
+
+
+def test_a_step_budget_that_is_just_enough() -> None:
+    # The budget covers the search and the measurement; one step less is a step too few.
+    low, high = just_enough(
+        1_000_000, lambda steps: orbits(row(), max_steps=steps).status[0] == Status.OK
+    )
     short, enough = orbits(row(), max_steps=low), orbits(row(), max_steps=high)
     assert (short.status, enough.status) == (Status.STEP_LIMIT, Status.OK)
     np.testing.assert_array_equal(enough.row, orbits(row()).row)
@@ -133,7 +141,7 @@ def test_a_step_budget_that_is_just_enough() -> None:
 
 
 def test_periods_integrated_count_search_and_measurement() -> None:
-    # Half periods of the search and of one measured cycle, rounded up to periods.
+    # The half periods of the search and of one measured cycle, rounded up to periods.
     for changes in ({}, {"angular_frequency": 38.0}, {"rheological_index": 2 / 3}):
         found = orbits(row(**changes))
         n, cycle = int(found.periods_integrated[0]), int(found.orbit_periods[0])
@@ -148,7 +156,7 @@ def orbits_within(max_periods: int, **changes: float) -> int:
 
 
 @pytest.mark.parametrize("status", [Status.REFUSED, Status.FAILED])
-def test_the_row_of_a_point_that_was_not_computed_holds_what_is_missing(status: Status) -> None:
+def test_the_row_of_a_point_that_was_not_computed_has_missing_values(status: Status) -> None:
     found = dict(zip(RESULT_COLUMNS, failed_row(status).tolist(), strict=True))
     assert found.pop("status") == status
     for name, value in found.items():
@@ -174,8 +182,8 @@ def test_a_film_that_could_never_solidify_is_an_error(method: str) -> None:
 
 
 def test_without_noise_a_melted_film_stays_liquid() -> None:
-    # The finite, smooth and wrong answer of a model without noise: the force of the liquid. The
-    # logarithm of the order parameter falls for ever, and means nothing below a floor.
+    # A model without noise has a finite, smooth and wrong result, the force of the liquid. The
+    # logarithm of the order parameter falls forever, and is meaningless below a floor.
     scene = {"initial_order_parameter": 0.6}
     assert orbits(row(**scene), noise="none", max_periods=300).status == Status.OK
     last = simulate(Parameters(**scene), noise="none", periods=20).isel(
@@ -205,7 +213,7 @@ def test_the_noise_intensity_shows_where_solidification_decides() -> None:
 # --- the two methods in one process ---------------------------------------------------------------
 
 
-def test_each_method_answers_for_itself() -> None:
+def test_methods_and_steps_have_different_results() -> None:
     coarse = {"method": "euler-cromer", "dt": 2e-5, "stationary_rtol": 1e-5}
     adaptive = orbits(row(**VISCOUS), stationary_rtol=1e-5)
     fixed, finer = orbits(row(**VISCOUS), **coarse), orbits(row(**VISCOUS), **coarse | {"dt": 1e-5})
@@ -214,7 +222,7 @@ def test_each_method_answers_for_itself() -> None:
 
 
 @pytest.mark.parametrize(
-    # One tolerance is that of both, and a switch takes anything.
+    # rtol sets stationary_rtol as well, and a switch accepts anything.
     "name",
     sorted({field.name for field in fields(Options)} - {"stationary_rtol", "accelerate"}),
 )
@@ -229,12 +237,10 @@ def test_the_step_budget_bounds_the_error_estimate_too() -> None:
     for budget in (300, 1000, 3000, 10_000):
         orbit = stationary_orbit(rtol=1e-4, max_steps=budget)
         assert orbit.status in (Status.OK, Status.STEP_LIMIT)
-    low, high = 1, 10_000
-    while high - low > 1:
-        middle = (low + high) // 2
-        enough = stationary_orbit(rtol=1e-4, max_steps=middle).status is Status.OK
-        low, high = (low, middle) if enough else (middle, high)
+    low, _ = just_enough(
+        10_000, lambda steps: stationary_orbit(rtol=1e-4, max_steps=steps).status is Status.OK
+    )
     found = orbits(row(), rtol=1e-4, stationary_rtol=1e-4, max_steps=low)
     assert found.status == Status.STEP_LIMIT
-    # The search had succeeded: it was the finer measurement that ran out of steps.
+    # The search had succeeded, and the finer measurement ran out of steps.
     assert found.periods_integrated >= needed.periods_integrated - 1

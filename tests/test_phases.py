@@ -14,7 +14,7 @@ A, ALPHA, T_C, BARRIER = 4e12, 0.95, 290.0, 230.0**2 / (4 * 850.0)
 
 
 def signs(energy: np.ndarray) -> list[int]:
-    """Whether the energy falls (-1) or rises (1), stretch by stretch."""
+    """Whether the energy falls (-1) or rises (1), from one extremum to the next."""
     slopes = np.sign(np.diff(energy)).astype(int)
     return slopes[np.append(True, np.diff(slopes) != 0)].tolist()
 
@@ -59,7 +59,7 @@ TWO_SOLIDS = Parameters(
 
 
 def steps(ds: xr.Dataset, direction: str) -> list[tuple[float, float, float]]:
-    """Where a slow ramp changes the phase: the strain, the order parameters before and after."""
+    """The jumps along a slow ramp: the strain, and the order parameters before and after."""
     phi = ds.ramped_order_parameter.isel(temperature=0).sel(ramp_direction=direction)
     values, eps = phi.values, ds.ramped_strain.values
     if direction == "falling":
@@ -96,7 +96,7 @@ def test_a_slow_ramp_stays_on_stable_equilibria(p: Parameters) -> None:
             assert np.all(np.interp(followed[solid], phi, stable) > 0.0)
 
 
-def test_by_what_the_paper_says_one_solid_melts_and_freezes_at_its_two_strains() -> None:
+def test_one_solid_melts_and_freezes_at_the_two_strains_of_the_paper() -> None:
     ds = phase_diagram(temperatures=[265.0], samples=2001)
     ((melting, *_),), ((freezing, *_),) = steps(ds, "rising"), steps(ds, "falling")
     assert melting == pytest.approx(float(ds.melting_strain[0]), rel=1e-3)
@@ -113,7 +113,7 @@ def test_everything_is_described() -> None:
         )
 
 
-def test_what_cannot_be_shown_is_refused() -> None:
+def test_an_invalid_diagram_is_refused() -> None:
     with pytest.raises(ValueError, match="at least two samples"):
         phase_diagram(samples=1)
     with pytest.raises(ValueError, match="needs a temperature"):

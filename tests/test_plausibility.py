@@ -1,4 +1,4 @@
-"""What looks wrong in finished results: the thresholds, and that good orbits are left alone."""
+"""Suspicious results: the thresholds, and that good orbits are not suspicious."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ def test_a_stress_is_suspicious_a_tenth_above_the_static_maximum(
     assert suspicious_stress(points, results).tolist() == [False, False, True]
 
 
-def test_a_quick_look_does_not_decide() -> None:
-    # Few strains, which clear most points, find up to a percent less than there is.
+def test_the_quick_test_of_the_stress_does_not_decide() -> None:
+    # Few strains, which clear most points, underestimate the strength by up to a percent.
     points = rows("temperature", np.linspace(150.0, 289.0, 500))
     strength, quick = static_strength(points), static_strength(points, 12)
     assert np.min(quick / strength) < 0.996

@@ -1,4 +1,4 @@
-"""Orbits of many points in one call: what may be given, and what comes back."""
+"""Orbits of many points in one call: the arguments and the Dataset."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def assert_single(ds: xr.Dataset, **changes: float) -> None:
         np.testing.assert_equal(ds[name].item(), getattr(orbit, name), err_msg=name)
 
 
-# --- what comes back ------------------------------------------------------------------------------
+# --- the Dataset ----------------------------------------------------------------------------------
 
 
 def test_each_point_is_the_single_orbit_bit_for_bit() -> None:
@@ -51,7 +51,7 @@ def test_each_point_is_the_single_orbit_bit_for_bit() -> None:
         assert_single(ds[{"point": number}], temperature=temperature, rheological_index=index)
 
 
-def test_a_product_is_that_of_a_sweep_bit_for_bit() -> None:
+def test_a_product_equals_a_sweep_bit_for_bit() -> None:
     temperature = xr.DataArray(TEMPERATURES, dims="temperature")
     stiffness = xr.DataArray([500.0, 3000.0], dims="spring_stiffness")
     ds = stationary_orbits({"temperature": temperature, "spring_stiffness": stiffness})
@@ -95,7 +95,7 @@ def test_the_number_of_threads_changes_no_bit(jobs: int) -> None:
 
 
 @pytest.mark.parametrize("kind", one_then("stress", ["threading", "loky"]))
-def test_joblib_says_where_they_are_computed(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_joblib_chooses_the_workers(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
     compute = backend.JoblibWorkers.blocks
 
@@ -123,14 +123,14 @@ def test_late_points_among_many_and_few_have_the_same_bits() -> None:
         xr.testing.assert_equal(few, many.isel(point=some))
 
 
-def test_options_are_those_of_a_single_orbit() -> None:
+def test_options_are_passed_on() -> None:
     ds = stationary_orbits({"T": [250.0]}, rtol=1e-9, accelerate=False)
     orbit = stationary_orbit(Parameters(temperature=250.0), rtol=1e-9, accelerate=False)
     assert ds.friction_force_amplitude.item() == orbit.friction_force_amplitude
     assert ds.periods_integrated.item() == orbit.periods_integrated
 
 
-# --- what may be given ----------------------------------------------------------------------------
+# --- the arguments --------------------------------------------------------------------------------
 
 
 def test_rows_of_a_table_are_points() -> None:
@@ -204,7 +204,7 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_is_refused_in_words(case: str) -> None:
+def test_invalid_arguments_are_refused_with_a_reason(case: str) -> None:
     points, error, words = WRONG[case]
     with pytest.raises(error, match=re.escape(words)):
         stationary_orbits(points)
@@ -233,7 +233,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.slow
-def test_in_a_worker_of_a_pool_nothing_is_said(tmp_path: Path) -> None:
+def test_a_worker_of_a_pool_prints_nothing(tmp_path: Path) -> None:
     script = tmp_path / "pool.py"
     script.write_text(_IN_A_POOL)
     command = [sys.executable, "-W", "error", str(script)]

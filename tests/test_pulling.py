@@ -1,4 +1,4 @@
-"""A block that is pulled: its slips, its course, and what it cannot be combined with."""
+"""Pulls of the upper block: their slips, their course, and the options that they exclude."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SLIPS = [(200.0, 2e-6, 2.0, 0.31283, 2.80508e-3), (250.0, 2e-6, 1.0, 0.14479, 1.
 
 
 @pytest.mark.parametrize(("T", "V", "duration", "period", "peak"), SLIPS)
-def test_slips_are_those_of_an_independent_solver(
+def test_slips_agree_with_an_independent_solver(
     T: float, V: float, duration: float, period: float, peak: float
 ) -> None:
     ds = simulate(Parameters(temperature=T), drive=V, duration=duration, rtol=1e-10)
     assert ds.attrs["motion"] == "stick-slip"
     assert ds.attrs["slip_period"] == pytest.approx(period, abs=5e-6)
     assert ds.attrs["slip_force_max"] == pytest.approx(peak, abs=5e-9)
-    # What samples show is no more, and nearly as much.
+    # The samples stay below the extrema, but come near them.
     late = ds.elapsed_time > ds.melting_time[1]
     force, spring = ds.friction_force[late], ds.spring_force[late]
     assert 0.99 * peak < force.max() <= ds.slip_force_max.max()
@@ -50,7 +50,7 @@ STEPS = {
     "elapsed_time": [0.0, 0.1, 0.1, 0.15, 0.2, 0.2],
     "velocity": [1e-6, 1e-6, 5e-6, 2e-6, -1e-6, 3e-6],
 }
-# The same: begin, end, and V at both.
+# The same pulls as sections: begin, end, and V at both.
 OF_TABLE = [
     (0.0, 0.05, 2e-6, 2e-6),
     (0.05, 0.1, 2e-6, -1e-6),
@@ -68,7 +68,7 @@ OF_STEPS = [
 
 @pytest.mark.parametrize(("table", "sections"), [(TABLE, OF_TABLE), (STEPS, OF_STEPS)])
 def test_a_table_is_followed_node_by_node(table: dict, sections: list) -> None:
-    """Against LSODA, started anew at each node, on equations that are written out again."""
+    """Compared with LSODA, restarted at each node, with independent equations."""
     ds = simulate(drive=pd.DataFrame(table), duration=0.25, samples=50, rtol=1e-9)
     moved = sum(0.5 * (first + last) * (end - begin) for begin, end, first, last in sections)
     assert float(ds.upper_displacement[-1]) == pytest.approx(moved, rel=1e-12)
@@ -100,7 +100,7 @@ def test_a_table_is_followed_node_by_node(table: dict, sections: list) -> None:
 
 
 class _Plain:
-    """Parameters of which some are replaced, unchecked."""
+    """Parameters, some of them replaced without a check."""
 
     def __init__(self, p: Parameters, **changes: float) -> None:
         self.__dict__.update(p._asdict() | changes)
@@ -123,7 +123,7 @@ def test_a_step_counts_as_the_beginning_of_the_last_velocity() -> None:
     ds = simulate(drive=table)
     assert ds.sizes["melting"] > 1
     assert ds.attrs["motion"] == "steady"
-    # A step at the very end is none of the run.
+    # A step at the very end is not part of the run.
     late = {"elapsed_time": [0, 2, 2], "velocity": [2e-6, 2e-6, 4e-5]}
     held = {"elapsed_time": [0, 2], "velocity": [2e-6, 2e-6]}
     stepped, plain = (simulate(drive=table, rtol=1e-9) for table in (late, held))
@@ -178,7 +178,7 @@ def test_only_the_last_velocity_counts_for_the_summary() -> None:
         ({"elapsed_time": [0, 1], "velocity": [1, math.inf]}, "row 1: velocity is inf"),
     ],
 )
-def test_what_is_no_pull_is_refused(pull: object, message: str) -> None:
+def test_an_invalid_pull_is_refused(pull: object, message: str) -> None:
     with pytest.raises(PullError, match=message):
         course_of(pull)  # type: ignore[arg-type]
 
@@ -195,6 +195,6 @@ def test_what_is_no_pull_is_refused(pull: object, message: str) -> None:
         ({"drive": TABLE, "noise": "stochastic"}, "without stochastic noise"),
     ],
 )
-def test_what_a_pull_excludes_is_refused(arguments: dict, message: str) -> None:
+def test_options_that_a_pull_excludes_are_refused(arguments: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         simulate(**arguments)

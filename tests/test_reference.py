@@ -85,7 +85,7 @@ def test_a_period_from_the_start_agrees_with_the_twin_to_1e_5(
 
 
 def test_the_stick_slip_of_fig_3_agrees_with_the_twin_to_1e_4() -> None:
-    # LSODA itself loses digits at the meltings, where x, v and ln(phi) jump.
+    # LSODA loses digits at the meltings, where x, v and ln(phi) nearly jump.
     p = Parameters()
     ours = compiled_trajectory(p)
     twin = reference.trajectory(p, times_of(p), "LSODA", 1e-7)

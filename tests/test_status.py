@@ -1,4 +1,4 @@
-"""Status: the stored codes are fixed, and each has a sentence for people."""
+"""Status: the stored codes are fixed, and each has a sentence for readers."""
 
 import re
 
@@ -19,11 +19,11 @@ CODES = {
 }
 
 
-def test_codes_are_those_of_the_file_format():
+def test_codes_agree_with_the_file_format():
     assert {status.name.lower(): status.value for status in Status} == CODES
 
 
-def test_each_status_has_one_sentence_of_its_own():
+def test_each_status_has_a_different_sentence():
     sentences = [status.sentence for status in Status]
     assert all(re.fullmatch(r"[A-Z](?!.*\. ).*\.", sentence) for sentence in sentences)
     assert len(set(sentences)) == len(sentences)

@@ -1,4 +1,4 @@
-"""Mathtext as plain letters and as HTML."""
+"""Mathtext as plain text and as HTML."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The registry: its names, symbols and units are those that people script against."""
+"""The registry: the names, symbols and units that scripts rely on."""
 
 import math
 
@@ -26,7 +26,7 @@ SYMBOLS = [
 
 
 # Names, units and meanings are compared with the pages by tests/docs.
-def test_symbols_are_those_that_people_type():
+def test_symbols_do_not_change():
     assert [variable.symbol for variable in PARAMETERS.values()] == SYMBOLS
 
 
@@ -72,34 +72,34 @@ def test_name_and_symbol_lead_to_the_name(variable: Variable):
 
 
 @pytest.mark.parametrize("name", ["", "temprature", "Temperature", "F", "elastic_stress"])
-def test_anything_else_is_no_parameter(name: str):
+def test_other_names_are_no_parameters(name: str):
     assert canonical_name(name) is None
 
 
-# --- what a parameter declares --------------------------------------------------------------------
+# --- parameters -----------------------------------------------------------------------------------
 
 
-def test_all_parameters_but_those_of_a_soft_solid_and_the_harmonics_are_the_papers():
+def test_only_a_soft_solid_and_the_harmonics_go_beyond_the_paper():
     others = [name for name, variable in PARAMETERS.items() if not variable.in_paper]
     assert others == [
         "quintic_coefficient", "sextic_coefficient", "third_harmonic", "fifth_harmonic"
     ]  # fmt: skip
 
 
-def test_powers_of_the_order_parameter_are_those_of_the_free_energy():
+def test_powers_of_the_order_parameter_agree_with_the_free_energy():
     # The force on ln(phi) is 2 alpha (T - T_c) - b phi + c phi^2 - d phi^3 + e phi^4.
     terms = {v.name: (v.phi_power, v.phi_sign) for v in PARAMETERS.values() if v.phi_power}
     declared = {"cubic": (1, -1), "quartic": (2, 1), "quintic": (3, -1), "sextic": (4, 1)}
     assert {name: terms[f"{name}_coefficient"] for name in declared} == declared
 
 
-# --- what a result declares -----------------------------------------------------------------------
+# --- results --------------------------------------------------------------------------------------
 
 COUNTS = {"orbit_periods", "melting_count", "solid_transition_count", "periods_integrated"}
 
 
 @pytest.mark.parametrize("variable", RESULTS.values(), ids=lambda v: v.name)
-def test_a_result_says_how_it_is_stored_and_what_stands_for_none(variable: ResultVariable):
+def test_a_result_declares_its_type_and_its_missing_value(variable: ResultVariable):
     if variable.name == "status":
         assert (variable.dtype, variable.missing) == ("i1", Status.PENDING)
     elif variable.name == "regime":
@@ -112,7 +112,7 @@ def test_a_result_says_how_it_is_stored_and_what_stands_for_none(variable: Resul
 
 
 def test_a_length_or_speed_that_may_be_negative_has_a_direction() -> None:
-    """The lanes' units turn with the sign of X_m, and such parameters with them."""
+    """The units of lanes change sign with X_m, and such parameters with them."""
     for variable in PARAMETERS.values():
         if variable.units in ("m", "m s-1") and variable.lower < 0.0:
             assert variable.directed, variable.name

@@ -74,7 +74,7 @@ def test_a_sample_is_a_set_of_cases_and_the_file_describes_the_draw() -> None:
             "{sobol: 4, K: {lag: [1, 2]}}",
             "sample.K.lag: unknown key (did you mean 'log'?)",
         ),
-        ("{sobol: 4, K: {log: [0, 2]}}", "sample.K: no logarithm leads from 0 to 2"),
+        ("{sobol: 4, K: {log: [0, 2]}}", "sample.K: needs two values above 0 for a logarithm"),
         ("{sobol: 4, T: [-1, 2]}", "sample.T[0]: must be at least 0"),
     ],
 )
