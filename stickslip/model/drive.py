@@ -286,15 +286,6 @@ def full_forces(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @inline
-def relative_speed_bound(p: Parameters) -> float:
-    """`largest_speed` in units of |X_m| omega: 1 + 3 |a_3| + 5 |a_5|."""
-    bound = 1.0
-    for place, times in _HARMONICS:
-        bound += times * abs(p[place])
-    return bound
-
-
-@inline
 def highest_harmonic(p: Parameters) -> float:
     """The highest frequency of the drive in units of omega."""
     highest = 1.0

@@ -77,7 +77,6 @@ def test_bounds_are_sums_over_the_tones() -> None:
     assert drive.largest_speed(p) == pytest.approx(2.9 * 10 * unit)
     assert drive.acceleration_speed(p) == pytest.approx((1 + 2.7 + 5) * 10 * unit)
     assert drive.largest_acceleration(p) == pytest.approx((1 + 2.7 + 5) * 100 * unit)
-    assert drive.relative_speed_bound(p) == pytest.approx(2.9)
     assert [drive.highest_harmonic(q) for q in (PAPER, p, p._replace(fifth_harmonic=0))] == [
         1.0, 5.0, 3.0
     ]  # fmt: skip

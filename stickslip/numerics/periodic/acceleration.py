@@ -295,7 +295,7 @@ def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
         memory.stored_mirrored = memory.mirrored
         memory.calm = 0.5 * length_of(displacement(memory, newest, newest - cycle))
     memory.jumps, memory.turning = memory.jumps + 1, 0
-    memory.aim, memory.common = cycle, _common_divisor(cycle, memory.common)
+    memory.aim, memory.common = cycle, math.gcd(cycle, memory.common)
     slow = memory.slow[0], memory.slow[1]
     shift = abs(along(displacement(memory, newest, newest - cycle), slow))
     memory.residue = (1.0 - 0.5 * part) * shift  # a useless jump leaves the whole shift
@@ -304,13 +304,6 @@ def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
     memory.paired = 1
     memory.landing[0], memory.landing[1] = memory.states[older, 0], memory.states[older, 1]
     memory.image[0], memory.image[1] = memory.states[newer, 0], memory.states[newer, 1]
-
-
-@inline
-def _common_divisor(a: int, b: int) -> int:
-    while b > 0:
-        a, b = b, a % b
-    return a
 
 
 @jit
