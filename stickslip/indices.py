@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,7 +140,13 @@ def indices_of(
     shape = (len(design.box) + 2, -1)
     outputs = np.stack([rows[:, RESULT_COLUMNS.index(r)].reshape(shape) for r in results])
     used = np.asarray(np.isfinite(outputs).all(axis=(0, 1)))
-    _refuse_lost(used, largest_missing)
+    lost = int((~used).sum())
+    if lost > largest_missing * used.size or used.sum() < 2:
+        raise BoxError(
+            f"{lost} of {used.size} base points have a point without a result: more than "
+            f"{largest_missing:.3g} of them, so that the indices would describe another box; "
+            "take a smaller box, more drive periods (max_periods), or a larger share"
+        )
     estimates = [
         _estimate(np.compress(used, values, axis=1), confidence, np.random.default_rng(seed))
         for values in outputs
@@ -166,46 +172,33 @@ def indices_of(
         },
         attrs={
             "base_points": used.size,
-            "base_points_without_result": int((~used).sum()),
+            "base_points_without_result": lost,
             "points": len(rows),
             "confidence_level": confidence,
             "seed": seed,
         },
     )
+    indices, intervals = (np.stack(each, axis=1) for each in zip(*estimates, strict=True))
     for place, order in enumerate(("first_order", "total_order")):
-        ds[order] = (by_parameter, np.array([e.indices[place] for e in estimates]))
-        ds[f"{order}_interval"] = (by_bound, np.array([e.intervals[place] for e in estimates]))
+        ds[order] = (by_parameter, indices[place])
+        ds[f"{order}_interval"] = (by_bound, intervals[place])
         ds[order].attrs["long_name"] = f"{order.replace('_', '-')} Sobol index"
         ds[f"{order}_interval"].attrs["long_name"] = f"confidence interval of {order}"
     return ds
 
 
-def _refuse_lost(used: NDArray[np.bool_], largest_missing: float) -> None:
-    lost = int((~used).sum())
-    if lost > largest_missing * used.size or used.sum() < 2:
-        raise BoxError(
-            f"{lost} of {used.size} base points have a point without a result: more than "
-            f"{largest_missing:.3g} of them, so that the indices would describe another box; "
-            "take a smaller box, more drive periods (max_periods), or a larger share"
-        )
-
-
-class _Estimate(NamedTuple):
-    """First-order and total indices (2, d), and their intervals (2, d, 2)."""
-
-    indices: NDArray[np.float64]
-    intervals: NDArray[np.float64]
-
-
 def _estimate(
     values: NDArray[np.float64], confidence: float, rng: np.random.Generator
-) -> _Estimate:
-    """Return the indices of one result (d + 2, n); NaN if it does not vary."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the indices (2, d) of one result (d + 2, n), and their intervals (2, d, 2).
+
+    First come the first-order, then the total indices; all are NaN if the result does not vary.
+    """
     from scipy.stats import bootstrap
 
     parameters = len(values) - 2
     if np.ptp(values) <= _EQUAL * np.abs(values).max():
-        return _Estimate(np.full((2, parameters), np.nan), np.full((2, parameters, 2), np.nan))
+        return np.full((2, parameters), np.nan), np.full((2, parameters, 2), np.nan)
     # The mean is subtracted because the variance of the estimate would grow with it.
     centred = values - values[:2].mean()
     indices = saltelli(centred)
@@ -221,7 +214,7 @@ def _estimate(
             rng=rng,
         ).confidence_interval
     intervals = np.stack([found.low, found.high], axis=-1)
-    return _Estimate(indices, np.where(np.isnan(intervals), indices[..., None], intervals))
+    return indices, np.where(np.isnan(intervals), indices[..., None], intervals)
 
 
 def saltelli(values: NDArray[np.float64]) -> NDArray[np.float64]:

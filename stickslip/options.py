@@ -310,11 +310,7 @@ class Options:
             raise OptionError("; ".join(complaints))
 
     def _complaints(self) -> Iterator[str]:
-        choices = {
-            "method": METHODS,
-            "noise": NOISE_TREATMENTS,
-            "strain": STRAINS,
-        }
+        choices = {"method": METHODS, "noise": NOISE_TREATMENTS, "strain": STRAINS}
         for name, known in choices.items():
             value = getattr(self, name)
             if value not in known:
