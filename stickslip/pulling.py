@@ -46,8 +46,8 @@ def pulled(
 ) -> xr.Dataset:
     """Return the time courses under a pull, from a state (width,).
 
-    The run lasts `duration` [s], by default until the last time of the course, and has `samples` +
-    1 equidistant times. The slips are on the dimension `melting`; the attributes, `motion` first,
+    The run lasts `duration` [s], by default until the last time of the course, with `samples` + 1
+    equidistant times. The slips are on the dimension `melting`; the attributes, `motion` first,
     summarise the motion that the run settles on.
 
     Raises PullError if the duration is missing or not a positive number.

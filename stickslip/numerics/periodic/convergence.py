@@ -1,9 +1,9 @@
 """Tests of a sequence of states: whether it has reached a cycle, approaches one, or wanders.
 
-A stroboscopic (Poincaré) map produces the states, one for each application. The
-sequence may converge with a ratio of 0.99 per application, so that the last difference says little;
-the tests use the remaining distance to the limit. For a geometric sequence sampled at a lag, this
-is D1^2/(D0 - D1), where D1 is the newest displacement over the lag and D0 the one before it
+A stroboscopic (Poincaré) map produces the states, one for each application. The sequence may
+converge with a ratio of 0.99 per application, so that the last difference says little. The tests
+therefore use the remaining distance to the limit. For a geometric sequence sampled at a lag, this
+is D1^2/(D0 - D1), where D1 is the newest displacement over the lag and D0 the previous one
 (Aitken's delta-squared process). Long lags make the estimate robust if the differences are near the
 noise of the integrator.
 """
@@ -41,8 +41,7 @@ _NEGLIGIBLE = 1e-3
 _QUIET = 0.2
 _DRIFTLESS = 0.7
 
-# A displacement that exceeds the prediction of its ratio by this fraction of the tolerance is a
-# drift.
+# A displacement that exceeds the prediction of the ratio by this part of the tolerance is a drift.
 _DRIFT = 0.3
 
 # Points within this many tolerances are the same. In a noisy sequence one of many long cycles

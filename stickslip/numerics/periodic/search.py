@@ -52,8 +52,7 @@ _SOONEST_CYCLE_IN_PERIODS = SOONEST_CYCLE // 2
 # After this many drive periods, or half of the budget, a sequence that neither approaches a cycle
 # nor closes counts as wandering, even if it is near one.
 _DUE_PERIODS = 384
-# A late search takes at least three times round the longest cycle, and half of it for the way
-# there.
+# The patience of a late search: three turns of the longest cycle, and half a turn for the approach.
 _PATIENCE_OF_LATE = 7 * LONGEST_CYCLE_IN_PERIODS // 2
 
 # A cycle must be found closed over two drive periods, and at each of its points, because a fast
