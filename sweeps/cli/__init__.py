@@ -8,7 +8,7 @@ import signal
 
 def main() -> None:
     """Run the command `stickslip`."""
-    # An import that Ctrl-C breaks off has a traceback, or none of the exception's name any more.
+    # Ctrl-C during an import prints a traceback, or becomes an error of another name.
     loading = signal.getsignal(signal.SIGINT)
     if loading is signal.default_int_handler:  # not ignored, as in the background of a script
         signal.signal(signal.SIGINT, _end)
@@ -19,6 +19,6 @@ def main() -> None:
 
 
 def _end(*_: object) -> None:
-    """End before anything was begun."""
+    """End the process before a command has begun."""
     os.write(2, b"Interrupted; nothing was begun.\n")
     os._exit(130)  # sweeps.exits.Exit.INTERRUPTED, which would have to be imported

@@ -38,10 +38,10 @@ _VERBS = {verb.__name__: verb for verb in (*_SWEEPS, *_MOTIONS, *_FILES)}
 
 
 class _Commands(Mapping[str, Any]):
-    """The commands of the verbs, made when needed: `--help` needs none of them."""
+    """The commands by verb, made on demand: `--help` needs none of them."""
 
     def __getitem__(self, name: str) -> Any:
-        """Return the command of a verb; raises KeyError for an unknown one."""
+        """Return the command of a verb; raises KeyError for an unknown verb."""
         verb, alone = _VERBS[name], typer.Typer(add_completion=False, rich_markup_mode=None)
         alone.command(name, short_help=_sentence(verb))(_with_paths(verb))
         return typer.main.get_command(alone)
@@ -54,13 +54,13 @@ class _Commands(Mapping[str, Any]):
 
 
 def _with_paths(verb: Callable[..., None]) -> Callable[..., None]:
-    """Return a verb that takes paths as in a config, where no shell has expanded a `~`."""
+    """Return a verb that expands `~` and `$NAME` in paths, as a config does."""
 
     @wraps(verb)
-    def called(**given: Any) -> None:
-        verb(**{name: _expanded(value) for name, value in given.items()})
+    def with_paths(**arguments: Any) -> None:
+        verb(**{name: _expanded(value) for name, value in arguments.items()})
 
-    return called
+    return with_paths
 
 
 def _expanded(value: Any) -> Any:
@@ -71,7 +71,7 @@ def _expanded(value: Any) -> Any:
 
 
 class _Program(TyperGroup):
-    """The program: its verbs, each with the first sentence of its help text."""
+    """The program; its help lists the verbs with the first sentence of their help texts."""
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes | {"commands": _Commands()})
@@ -83,7 +83,7 @@ class _Program(TyperGroup):
 
 
 def _sentence(verb: Callable[..., None]) -> str:
-    """Return the first sentence of a verb's help: typer's own list would cut it at one line."""
+    """Return the first sentence of a verb's help, which typer's own list would cut at one line."""
     return (verb.__doc__ or "").partition("\n\n")[0]
 
 
@@ -115,19 +115,19 @@ def _run() -> None:
             Exit.USAGE,
         )
     _refuse_odd_names()
-    os.environ["MPLBACKEND"] = "agg"  # there is no window, and one unknown here ends the import
+    os.environ["MPLBACKEND"] = "agg"  # no window; an unknown backend would end the import
     try:
         app(prog_name="stickslip")
     except SystemExit as end:
         if end.code == Exit.INTERRUPTED:  # typer's silent answer to Ctrl-C
             print("Interrupted; only files named above were kept.", file=sys.stderr)
         raise
-    except KeyboardInterrupt:  # outside of what typer guards
+    except KeyboardInterrupt:  # outside the code that typer guards
         stop_with("Interrupted; only files named above were kept.", Exit.INTERRUPTED)
     except EXPECTED as error:
         stop_with(str(error), code_of(error))
     except BrokenPipeError:
-        discard(sys.stdout)  # the reader of our output is gone: end quietly
+        discard(sys.stdout)  # nobody reads our output any more: end quietly
         sys.exit(Exit.DONE)
     except OSError as error:  # such as a full disk under standard output
         stop_with(f"Input/output error: {error}", Exit.STORAGE)
@@ -168,11 +168,11 @@ def _version(
 
 @contextlib.contextmanager
 def lasting_streams() -> Iterator[None]:
-    """Provide standard streams for the duration of a command.
+    """Provide the three standard streams for the duration of a command.
 
-    If one of the three is closed, the next file to be opened would take its number, and messages
-    would be written into that: so it is opened on the null device. Messages that cannot be written
-    are lost.
+    A closed stream is opened on the null device: otherwise the next file to be opened would take
+    its number, and messages would be written into that file. Messages that cannot be written are
+    lost.
     """
     for number in (0, 1, 2):
         _open_if_closed(number)
@@ -191,13 +191,13 @@ def lasting_streams() -> Iterator[None]:
 
 @contextlib.contextmanager
 def plain_warnings() -> Iterator[None]:
-    """Print warnings of Python as those of a command: a sentence, once, without a place in code."""
-    said: set[str] = set()
+    """Print each of Python's warnings once, as a sentence, without file and line."""
+    printed: set[str] = set()
 
     def show(message: Warning | str, *_: object) -> None:
         text = " ".join(str(message).split())
-        if text not in said:
-            said.add(text)
+        if text not in printed:
+            printed.add(text)
             print(printable(f"warning: {text}"), file=sys.stderr)
 
     with warnings.catch_warnings():

@@ -16,6 +16,7 @@ from sweeps.cli.shared import (
     checked_config,
     execution_changes,
     print_names,
+    recalled_or_computed,
     say,
     stop_with,
 )
@@ -33,18 +34,20 @@ def fit(
         Path,
         typer.Argument(
             metavar="DATA.csv",
-            help="Columns are parameters, measured variables and their errors, NAME_error; SI.",
+            help="Columns: parameters, measured variables and their errors, NAME_error; SI units.",
         ),
     ],
     free: Annotated[
         str,
-        typer.Option(metavar="NAME[=LOW:HIGH],...", help="What is fitted, such as k,gamma=-0.9:0."),
+        typer.Option(
+            metavar="NAME[=LOW:HIGH],...", help="Parameters to fit, such as k,gamma=-0.9:0."
+        ),
     ],
     config: Annotated[
         Path | None,
         typer.Argument(
             metavar="[CONFIG]",
-            help="All other parameters, and the start. [default: the paper's Fig. 3]",
+            help="All other parameters, and the start of the fit. [default: the paper's Fig. 3]",
         ),
     ] = None,
     output: Annotated[
@@ -53,17 +56,17 @@ def fit(
     ] = None,
     set_: SetOption = None,
     profile: Annotated[
-        bool, typer.Option("--profile", help="Also intervals by the profile likelihood; slower.")
+        bool, typer.Option("--profile", help="Add intervals from the profile likelihood; slower.")
     ] = False,
     posterior: Annotated[
         bool,
-        typer.Option("--posterior", help="Also draw parameters by their probability; minutes."),
+        typer.Option("--posterior", help="Also sample the posterior; takes minutes."),
     ] = False,
     prior: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME={KIND: [A, B]}",
-            help="What is known before the posterior, such as gamma={normal: [-0.5, 0.1]}.",
+            help="A prior for the posterior, such as gamma={normal: [-0.5, 0.1]}.",
         ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
@@ -74,11 +77,10 @@ def fit(
 ) -> None:
     """Fit parameters to measurements, and draw data, fitted curve and residuals.
 
-    Without errors of the data residuals are relative, with a common unknown factor. Beside the
-    NetCDF file the picture is written, and the config that computes the fitted curve; with
-    --posterior also a corner picture, and the file has groups that ArviZ opens.
+    If the data have no errors, residuals are relative, with a common unknown factor. The command
+    writes a NetCDF file, a picture, and the config that computes the fitted curve; with
+    --posterior also a corner plot, and groups in the file that ArviZ opens.
     """
-    from sweeps.engine.signals import interruptible
     from sweeps.fitting.fitting import fit_measured, odd_values, summary_of
     from sweeps.measurements import read_data
 
@@ -97,20 +99,17 @@ def fit(
         request["priors"] = list(priors.items())
     outputs = _outputs(target, inputs, request, overwrite=overwrite)
     with outputs.held():
-        ds = outputs.recalled()
-        if ds is None:
-            ds = interruptible(
-                lambda: fit_measured(
-                    measured,
-                    ranges,
-                    settled,
-                    profile=profile,
-                    priors=priors,
-                    progress=not no_progress,
-                ),
-                "Interrupted; nothing was kept.",
-                at_once=outputs.release,
-            )
+        ds = recalled_or_computed(
+            outputs,
+            lambda: fit_measured(
+                measured,
+                ranges,
+                settled,
+                profile=profile,
+                priors=priors,
+                progress=not no_progress,
+            ),
+        )
         print(summary_of(ds))
         _write(ds, outputs)
     print_names(outputs)
@@ -120,7 +119,7 @@ def fit(
 def _outputs(
     target: Path, inputs: list[Path], request: dict[str, Any], *, overwrite: bool
 ) -> Outputs:
-    """Return the files of a fit: itself, the config of the fitted curve, and the pictures."""
+    """Return the files of a fit: the result, the config of the fitted curve, and the pictures."""
     from sweeps.figures.save import pictures_of
     from sweeps.files.outputs import Outputs, sha256_of
 
@@ -138,7 +137,7 @@ def _corner(target: Path) -> Path:
 
 
 def _priors(given: list[str]) -> dict[str, Any]:
-    """Return what `--prior` says of parameters, as it is written in configs."""
+    """Return the priors that `--prior` names, in the form of a config."""
     from sweeps.config.yaml_reader import read_text
 
     priors: dict[str, Any] = {}
@@ -159,7 +158,7 @@ def _ranges(free: str) -> dict[str, Range]:
     for word in free.split(","):
         name, equals, limits = (part.strip() for part in word.partition("="))
         if name in ranges:
-            stop_with(f"--free: {name} is there twice", Exit.USAGE)
+            stop_with(f"--free: {name} is given twice", Exit.USAGE)
         low, _, high = limits.partition(":")
         try:
             ranges[name] = (float(low), float(high)) if equals else None
@@ -186,7 +185,7 @@ def _write(ds: xr.Dataset, outputs: Outputs) -> None:
 
 
 def _warn(ds: xr.Dataset) -> None:
-    """Say what the data do not tell; end the command where they could not all be fitted."""
+    """Warn where the data leave the fit open; end the command if data have no fitted value."""
     names, codes = ds.free_parameter.values, ds.parameter_determination.values
     if undetermined := ", ".join(names[codes == 1]):
         say(f"warning: not determined by these data: {undetermined}")
@@ -194,11 +193,11 @@ def _warn(ds: xr.Dataset) -> None:
         every = "all free parameters end" if (codes == 2).all() else "the fit ends"
         say(
             f"warning: {every} at a bound: {bounded}; nothing within the ranges describes the "
-            "data: are they in SI units, and are the other parameters those of the machine?"
+            "data: are they in SI units, and do the other parameters describe the machine?"
         )
     if lost := int(ds.fitted_value.isnull().sum()):
         say(
             f"warning: {lost} of {ds.sizes['datum']} data have no fitted value: no orbit was "
-            "found; chi2 is that of the others"
+            "found; chi2 counts only the others"
         )
         raise typer.Exit(Exit.FAILED_POINTS)

@@ -1,4 +1,4 @@
-"""The verbs whose pages a browser shows: explore serves one, report writes one."""
+"""The verbs that make pages for a browser: explore serves one, report writes one."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def explore(
         Path | None,
         typer.Argument(
             metavar="[FILE_OR_CONFIG]",
-            help="Result file, whose points open on a click, or config. [default: the paper's]",
+            help="Result file, whose points open on a click, or a config. [default: the paper's]",
         ),
     ] = None,
     at: AtOption = None,
@@ -77,7 +77,7 @@ def explore(
 
 
 def _subject(target: Path | None, at: Sequence[str], boundaries: Path | None) -> Subject:
-    """Return the initial content of the page; raises the errors of opening the files."""
+    """Return what the page shows at first; raises the errors of opening the files."""
     from sweeps.charts.choice import slice_at
     from sweeps.files.netcdf import open_result
     from sweeps.page import subject
@@ -103,17 +103,18 @@ def _subject(target: Path | None, at: Sequence[str], boundaries: Path | None) ->
 
 
 def has_display() -> bool:
-    """Tell whether there is a display; without one a text browser would open."""
+    """Return whether there is a display; without one a text browser would open."""
     return sys.platform == "darwin" or bool(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     )
 
 
 def open_by_file(address: str) -> Path:
-    """Open the page in a browser by way of a file that nobody else can read; returns it.
+    """Open the page in a browser through a file that nobody else can read; return the file.
 
-    The command of a browser stands in the list of processes, where the token must not. A browser
-    without a window keeps its command waiting until it ends; so that is left to a thread.
+    Everybody can read the command line of the browser in the list of processes, so it must not
+    contain the token. The command of a browser without a window returns only when the browser
+    ends, so a thread waits for it.
     """
     import webbrowser
 
@@ -137,8 +138,8 @@ def report(
 ) -> None:
     """Write a result as one HTML page that any browser opens offline.
 
-    It has maps with a slider for each further axis, curves, orbits on a click, failures and
-    provenance (docs/report.md shows one). An older page that stickslip wrote is replaced.
+    The page has maps with a slider for each further axis, curves, orbits on a click, failures and
+    provenance (docs/report.md shows one). It replaces an older page that stickslip wrote.
     """
     from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
@@ -156,11 +157,6 @@ def report(
     compiling = Compiling(wanted=not no_progress)
     inputs = [file, *([boundaries] if boundaries else [])]
     outputs = Outputs([page], overwrite=overwrite, inputs=inputs, replaces=is_page_of_ours)
-
-    def end() -> None:
-        compiling.stop()
-        outputs.release()
-
     with outputs.held(), ExitStack() as stack:
         on_orbit = _reporter(stack, compiling, wanted=not no_progress)
         content = interruptible(
@@ -174,8 +170,9 @@ def report(
                 borders=borders,
                 on_orbit=on_orbit,
             ),
-            "Interrupted; no page was written.",
-            at_once=end,
+            compiling.stop,
+            outputs.release,
+            message="Interrupted; no page was written.",
         )
         outputs.write({page: content})
     print_names(outputs)

@@ -24,6 +24,7 @@ from sweeps.cli.shared import (
     option,
     output_option,
     print_names,
+    recalled_or_computed,
     say,
     stop_with,
     usage_errors,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from sweeps.files.outputs import Outputs
 
 
-_LONGEST_STEM = 120  # bytes or so: names may have 255, and pictures beside it are called alike
+_LONGEST_STEM = 120  # characters; a name may have 255 bytes, and pictures have longer names
 
 
 def simulate(
@@ -54,9 +55,9 @@ def simulate(
     overwrite: OverwriteOption = False,
     no_progress: NoProgressOption = False,
 ) -> None:
-    """Compute a trajectory; by default into results/<name of the config>-trajectory.nc.
+    """Compute a trajectory, by default into results/<name of the config>-trajectory.nc.
 
-    What is set is part of that name: results/paper-T=250-trajectory.nc.
+    That name contains the changes by --set: results/paper-T=250-trajectory.nc.
     """
     from sweeps.config.overrides import Option
     from sweeps.engine.trajectories import AxisLeftError, pull_summary
@@ -96,8 +97,8 @@ def replay(
 ) -> None:
     """Compute one point of a result again, and draw its motion.
 
-    The values are compared with those of the file; with the same version on the same type of
-    processor they agree bit for bit. An older replay of the file is replaced.
+    The command compares the values with those in the file; with the same version on the same type
+    of processor they agree bit for bit. It replaces an older replay of the file.
     """
     from stickslip import IntegrationError
     from sweeps.cli.summaries import print_comparison
@@ -135,7 +136,7 @@ def replay(
 
 
 def _is_of_replay(path: Path) -> bool:
-    """Tell whether a file is a replay, or the picture of one, which a later one replaces."""
+    """Return whether a file is a replay or its picture, which a later replay replaces."""
     from sweeps.exits import ExpectedError
     from sweeps.figures.save import is_picture_of_ours
     from sweeps.files.netcdf import open_result
@@ -151,7 +152,7 @@ def _is_of_replay(path: Path) -> bool:
 
 
 def trajectory_path(file: Path | None, changes: list[str]) -> Path:
-    """Return the default name of a trajectory, which differs where something else is set."""
+    """Return the default name of a trajectory, which contains the changes to the config."""
     words = [re.sub(r"[^\w.+=-]+", "_", change) for change in changes]
     name = "-".join([file.stem if file else "paper", *words])[:_LONGEST_STEM]
     return Path("results") / f"{name}-trajectory.nc"
@@ -173,8 +174,8 @@ def figure(
 ) -> None:
     """Compute and draw figures of the paper or of configs.
 
-    The figure of a config is that of its `plot: {figure: NAME}`. What is computed already is drawn
-    anew.
+    `plot: {figure: NAME}` in a config selects its figure. Existing results are drawn again, not
+    computed again.
     """
     from sweeps.config.paper import PAPER
 
@@ -184,12 +185,11 @@ def figure(
         listed = f"{', '.join(known)}, all, or a config FILE.yaml"
         stop_with(f"no figure {', '.join(unknown)}; there are {listed}", Exit.USAGE)
     names = [*known, *others] if "all" in numbers else dict.fromkeys(numbers)
-    failures = 0
-    for name in names:
-        failures += _computed_figure(
-            name, output, workers, overwrite=overwrite, progress=not no_progress
-        )
-    if failures:
+    failures = [
+        _computed_figure(name, output, workers, overwrite=overwrite, progress=not no_progress)
+        for name in names
+    ]
+    if any(failures):
         raise typer.Exit(Exit.FAILED_POINTS)
 
 
@@ -199,7 +199,7 @@ def plot(
         Path | None, output_option("Picture, .png, .pdf or .svg. [default: PNG and PDF]")
     ] = None,
     figure: Annotated[
-        str | None, option("NAME", "A figure by name. [default: that of the config]")
+        str | None, option("NAME", "A figure by name. [default: the one that the config names]")
     ] = None,
     variable: Annotated[
         list[str] | None, option("NAME", "A variable; may be repeated. [default: both amplitudes]")
@@ -213,9 +213,9 @@ def plot(
     log: Annotated[str, option("x,y,z", "Logarithmic scales; z is the variable.")] = "",
     boundaries: BoundariesOption = None,
     data: Annotated[
-        Path | None, option("FILE.csv", "Measured points over the curves, as of `fit`.")
+        Path | None, option("FILE.csv", "Measurements to draw over the curves, as for `fit`.")
     ] = None,
-    size: Annotated[str, option("WxH", "Inches of the picture, as in 3.37x2.5.")] = "",
+    size: Annotated[str, option("WxH", "Size in inches, such as 3.37x2.5.")] = "",
     xlim: Annotated[
         str, option("LOW:HIGH", "Ends of the horizontal axis, in the unit shown.")
     ] = "",
@@ -223,17 +223,17 @@ def plot(
     clim: Annotated[
         str, option("LOW:HIGH", "Ends of the colours of a map, in the unit shown.")
     ] = "",
-    letters: Annotated[bool, flag("--letters", "Name panels (a), (b), ...")] = False,
-    title: Annotated[str | None, option("TEXT", "A title above.")] = None,
-    no_note: Annotated[bool, flag("--no-note", "No small print below.")] = False,
+    letters: Annotated[bool, flag("--letters", "Label the panels (a), (b), ...")] = False,
+    title: Annotated[str | None, option("TEXT", "A title above the picture.")] = None,
+    no_note: Annotated[bool, flag("--no-note", "Leave out the note below.")] = False,
     style: Annotated[
-        Path | None, option("FILE|NAME", "A style of matplotlib: a file, or ggplot, ...")
+        Path | None, option("FILE|NAME", "A matplotlib style: a file or a name such as ggplot.")
     ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Draw a picture of a result file (examples: docs/plot.md).
 
-    An older picture that stickslip drew is replaced.
+    The picture replaces an older one that stickslip drew.
     """
     from sweeps.figures import PlotOptions
     from sweeps.figures.look import Look, range_of, size_of
@@ -311,14 +311,14 @@ def _swept_figure(
     overwrite: bool,
     progress: bool,
 ) -> int:
-    """Compute and draw a figure of a sweep, which keeps its own files."""
+    """Run the sweep of a figure, which writes its own files, and draw the figure."""
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
     from sweeps.files.netcdf import open_result
 
     outputs = _pictures(target, overwrite=overwrite)
     with outputs.held():
-        pass  # what must not be replaced is refused before the sweep
+        pass  # pictures that must not be replaced are refused before the sweep
     policy = ExistingPolicy(overwrite=overwrite)
     failures = sweep_and_report(config, path, policy, Stop(), progress=progress, timing=False)
     with outputs.held():
@@ -345,25 +345,15 @@ def _phases(config: Config) -> xr.Dataset:
 def _trajectories(config: Config, outputs: Outputs, *, progress: bool) -> xr.Dataset:
     """Return the trajectory of a config or, if it has an axis, one for each of its values.
 
-    Where it is in its file already it is read.
+    It is read if its file holds it already.
     """
     from stickslip import IntegrationError, NoiseError
     from sweeps.engine.progress import Compiling
-    from sweeps.engine.signals import interruptible
     from sweeps.engine.trajectories import trajectories, trajectory
 
-    if (there := outputs.recalled()) is not None:
-        return there
     compute, compiling = trajectories if config.sweep else trajectory, Compiling(wanted=progress)
-
-    def end() -> None:
-        compiling.stop()
-        outputs.release()
-
     try:
-        return interruptible(
-            lambda: compute(config, compiling), "Interrupted; nothing was kept.", at_once=end
-        )
+        return recalled_or_computed(outputs, lambda: compute(config, compiling), compiling.stop)
     except NoiseError as error:
         stop_with(str(error), Exit.USAGE)
     except IntegrationError as error:
@@ -378,7 +368,7 @@ def _pictures(
     overwrite: bool,
     inputs: Sequence[Path] = (),
 ) -> Outputs:
-    """Return the files of a picture, and of the data drawn where they are written with it."""
+    """Return the files of a picture and, if they are written too, of the data that it shows."""
     from sweeps.figures.save import is_picture_of_ours, pictures_of
     from sweeps.files.outputs import Outputs
 
@@ -389,7 +379,7 @@ def _pictures(
 def _drawn(
     ds: xr.Dataset, target: Path, name: str | None, options: PlotOptions | None = None
 ) -> dict[Path, bytes]:
-    """Return the pictures of the named figure, or of the one that suits the file or the options."""
+    """Return the pictures of the named figure, else of the one that suits file and options."""
     from sweeps.figures import draw
     from sweeps.figures.save import rendered
 
@@ -398,7 +388,7 @@ def _drawn(
 
 
 def _plot_of_config(ds: xr.Dataset) -> tuple[str | None, tuple[str, ...] | None]:
-    """Return the figure and the variables that a file's config names and it has data for."""
+    """Return the figure and the variables that a file's config names, if the file has the data."""
     from sweeps.charts.choice import obstacle
     from sweeps.config.load import ConfigError, from_yaml
 

@@ -14,6 +14,7 @@ from sweeps.cli.shared import (
     option,
     output_option,
     print_names,
+    recalled_or_computed,
     say,
     stop_with,
     usage_errors,
@@ -29,10 +30,10 @@ def boundary(
         output_option("File, .nc, .csv or .parquet. [default: FILE with -boundaries, .nc]"),
     ] = None,
     accuracy: Annotated[
-        float, typer.Option(help="Width of the last bracket, as a part of the axis.")
+        float, typer.Option(help="Width of the last bracket, as a fraction of the axis.")
     ] = 1e-6,
     kind: Annotated[
-        str, option("regime|orbit", "What changes: the regime, or the counts as well.")
+        str, option("regime|orbit", "What changes at a border: the regime, or also the counts.")
     ] = "regime",
     at: Annotated[
         list[str] | None, option("KEY=VALUE", "The nearest point of a further axis; SI units.")
@@ -43,21 +44,21 @@ def boundary(
 ) -> None:
     """Compute the borders between kinds of motion, as lines or points.
 
-    Each edge between neighbouring points of unlike kinds is bisected, at slow motions only to a
-    thousandth of the axis. The lines are written as NetCDF, which `stickslip plot MAP --boundaries
-    FILE` draws, or as a table.
+    The command bisects each edge between neighbouring points of different kinds, near slow motions
+    only to a thousandth of the axis. It writes the lines as a table, or as NetCDF, which `stickslip
+    plot MAP --boundaries FILE` draws.
     """
     from sweeps.borders import BoundaryError, boundaries
     from sweeps.charts.choice import places_at
     from sweeps.cli.summaries import print_borders
-    from sweeps.engine.signals import interruptible
     from sweeps.files.export import files_of, tables
     from sweeps.files.netcdf import content_hash, open_result
     from sweeps.files.outputs import Outputs
     from sweeps.points import version_differences
 
     target = output or file.with_name(f"{file.stem}-boundaries.nc")
-    paths = [target] if target.suffix == ".nc" else files_of(target)
+    is_table = target.suffix != ".nc"
+    paths = files_of(target) if is_table else [target]
     ds = open_result(file)
     with usage_errors():
         ds = ds.isel(places_at(ds, at or []))
@@ -66,20 +67,19 @@ def boundary(
         say(f"note: {note}")
     request = {"map": content_hash(ds), "accuracy": accuracy, "kind": kind}
     with Outputs(paths, request, overwrite=overwrite, inputs=[file], like=file).held() as outputs:
-        borders = outputs.recalled()
-        if borders is None and not outputs.finished:
-            borders = interruptible(
+        borders = None
+        if not (is_table and outputs.finished):  # a finished table is not computed again
+            borders = recalled_or_computed(
+                outputs,
                 lambda: boundaries(ds, accuracy, kind, workers=workers, progress=not no_progress),  # type: ignore[arg-type] # it is checked there
-                "Interrupted; nothing was kept.",
-                at_once=outputs.release,
             )
-        if borders is not None and not borders.sizes["boundary_point"]:
-            raise BoundaryError(f"{file} has no borders: all points with a result are of one kind")
-        if borders is not None:
-            if target.suffix == ".nc":
-                outputs.write({target: outputs.dataset(borders)})
-            else:
-                outputs.write(tables(borders, target))
+            if not borders.sizes["boundary_point"]:
+                raise BoundaryError(
+                    f"{file} has no borders: all points with a result are of one kind"
+                )
+            outputs.write(
+                tables(borders, target) if is_table else {target: outputs.dataset(borders)}
+            )
     print_names(outputs)
     if borders is not None:
         print_borders(borders)
@@ -95,8 +95,8 @@ def export(
     """Write a result as a table, for programs that do not read NetCDF.
 
     The table has one row per point: its coordinates, then all result variables, in the units of the
-    file, with status and regime as words. Missing values are empty cells. TABLE.columns.csv, beside
-    TABLE.csv, lists units, meanings and the fixed parameters.
+    file, with status and regime as words. Missing values are empty cells. A second table beside
+    TABLE.csv, TABLE.columns.csv, lists units, meanings and the fixed parameters.
     """
     from sweeps.files.atomic import fingerprint
     from sweeps.files.export import files_of, refuse_other_data, tables

@@ -6,7 +6,7 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
@@ -18,24 +18,26 @@ from sweeps.exits import Exit
 from sweeps.human import printable, size_text
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from sweeps.config.load import Config
     from sweeps.engine.existing import Part
     from sweeps.files.outputs import Outputs
 
 
-def flag(name: str, does: str) -> Any:
-    """Return the option that is on where its name is given."""
-    return typer.Option(name, help=does)
+def flag(name: str, help_text: str) -> Any:
+    """Return an option that takes no value; giving its name turns it on."""
+    return typer.Option(name, help=help_text)
 
 
-def option(metavar: str, does: str, *names: str) -> Any:
-    """Return an option whose value the help text calls `metavar`; by default `--<parameter>`."""
-    return typer.Option(*names, metavar=metavar, help=does)
+def option(metavar: str, help_text: str, *names: str) -> Any:
+    """Return an option whose value the help calls `metavar`; default name: `--<parameter>`."""
+    return typer.Option(*names, metavar=metavar, help=help_text)
 
 
-def output_option(does: str) -> Any:
-    """Return the option `-o`, which names what is written."""
-    return typer.Option("-o", "--output", help=does)
+def output_option(help_text: str) -> Any:
+    """Return the option `-o`, which names the output."""
+    return typer.Option("-o", "--output", help=help_text)
 
 
 ConfigArgument = Annotated[
@@ -56,7 +58,7 @@ SchedulerOption = Annotated[
     str | None, option("ADDRESS", "A dask scheduler, such as tcp://host:8786.")
 ]
 AtOption = Annotated[
-    list[str] | None, option("KEY=VALUE", "Only the nearest point of an axis; SI units.")
+    list[str] | None, option("KEY=VALUE", "Only the nearest value on an axis; SI units.")
 ]
 BoundariesOption = Annotated[
     Path | None, option("FILE", "Borders of `stickslip boundary`, drawn on the map.")
@@ -64,7 +66,7 @@ BoundariesOption = Annotated[
 OverwriteOption = Annotated[bool, flag("--overwrite", "Replace existing files.")]
 NoProgressOption = Annotated[bool, flag("--no-progress", "Show no progress.")]
 
-_LARGE = 1 << 18  # bytes of a config that is read for seconds
+_LARGE = 1 << 18  # bytes; reading a larger config takes seconds
 
 
 def stop_with(message: str, code: Exit) -> NoReturn:
@@ -74,13 +76,13 @@ def stop_with(message: str, code: Exit) -> NoReturn:
 
 
 def say(message: str) -> None:
-    """Print a message, without the control characters that names and texts of files may hold."""
+    """Print a message; control characters in names and texts from files are escaped."""
     print(printable(message), file=sys.stderr)
 
 
 @contextlib.contextmanager
 def usage_errors(option: str = "") -> Iterator[None]:
-    """End the command with the message of a ValueError, perhaps after the name of an option."""
+    """End the command at a ValueError with its message, after the name of an option if given."""
     try:
         yield
     except ValueError as error:
@@ -88,7 +90,7 @@ def usage_errors(option: str = "") -> Iterator[None]:
 
 
 def warn_of_seal(file: Path) -> str:
-    """Say where a result is not as its sweep wrote it, and return this sentence, else nothing."""
+    """Warn if a result is not as its sweep wrote it; return the warning, empty if there is none."""
     from sweeps.engine.existing import seal_note
 
     if note := seal_note(file):
@@ -97,22 +99,38 @@ def warn_of_seal(file: Path) -> str:
 
 
 def is_config(path: Path) -> bool:
-    """Return whether a file is a config by its name, and not a result."""
+    """Return whether the name of a file is that of a config, not of a result."""
     return path.suffix.lower() in (".yaml", ".yml")
 
 
 def print_names(outputs: Outputs) -> None:
-    """Print the names of the files of a command, and whether there was nothing to do."""
+    """Print the names of a command's files, and say so if there was nothing to do."""
     for path in outputs.paths:
         print(path)
     if outputs.complete:
         say(f"{outputs.main} is complete, nothing to do")
     elif outputs.finished:
-        say(f"{outputs.main} is complete now: an earlier run had computed it, and was stopped")
+        say(f"{outputs.main} is complete now: an earlier run, which was stopped, had computed it")
+
+
+def recalled_or_computed(
+    outputs: Outputs, compute: Callable[[], xr.Dataset], *at_once: Callable[[], None]
+) -> xr.Dataset:
+    """Return what the same command wrote before, else what `compute` returns.
+
+    Ctrl-C ends the process after the calls in `at_once`; nothing is kept.
+    """
+    from sweeps.engine.signals import interruptible
+
+    ds = outputs.recalled()
+    return interruptible(compute, *at_once, outputs.release) if ds is None else ds
 
 
 def checked_config(file: Path | None, changes: list[str] | None) -> Config:
-    """Return the checked config and print its warnings; raises ConfigError."""
+    """Return a config after checks that need the physics, and print its warnings.
+
+    Raises ConfigError.
+    """
     from sweeps.engine.settings import coarse_step, read_config
 
     if file is not None and file.is_file() and file.stat().st_size > _LARGE:
@@ -126,9 +144,9 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
 def output_of(
     config: Config, file: Path, named: Path | None = None, part: Part | None = None
 ) -> Path:
-    """Return the result file of a sweep: the one that is named, else that of its config.
+    """Return the result file of a sweep: `named`, else the `output` of its config.
 
-    Each part has a file of its own. A result that would replace its config ends the command.
+    The default differs for each part. Ends the command if the result would replace the config.
     """
     path = named or Path(config.output)
     if part and named is None:
@@ -141,7 +159,7 @@ def output_of(
 def execution_changes(
     workers: int | None, backend: str | None = None, scheduler: str | None = None
 ) -> list[str]:
-    """Return the options of where to compute as changes to the config."""
+    """Return the options that say where to compute, as changes to the config."""
     from sweeps.config.overrides import Option
     from sweeps.human import shortened
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import platform
-import sys
 from collections.abc import Mapping
 from importlib.metadata import packages_distributions
 from typing import TYPE_CHECKING, Any
@@ -51,7 +50,7 @@ def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
         with replacing(path, fsync=False, follow=False) as temporary:
             temporary.write_text(json.dumps(timing, indent=2) + "\n")
     except OSError as error:
-        print(f"warning: the timing was not written: {error}", file=sys.stderr)
+        say(f"warning: the timing was not written: {error}")
 
 
 def print_summary(outcome: Outcome) -> None:
@@ -71,7 +70,7 @@ def print_summary(outcome: Outcome) -> None:
 
 
 def _errors(outcome: Outcome) -> str:
-    """Return the largest errors; that of a mean over a window says nothing of the integration."""
+    """Return the largest errors; the error of a mean says nothing about the integration."""
     worst, wandering = outcome.worst_error, int(outcome.statuses[Status.APERIODIC])
     of_others = " of the others" if wandering else ""
     largest = "" if math.isnan(worst) else f", largest amplitude error{of_others} {worst:.1e}"
@@ -80,32 +79,30 @@ def _errors(outcome: Outcome) -> str:
 
 
 def print_reasons(statuses: NDArray[np.int64]) -> None:
-    """Print how many points did not end ok, with explanations; nothing if all did."""
+    """Print how many points did not end ok, and what that means."""
     for status in Status:
         count = int(statuses[status])
         if count and status is not Status.OK:
-            print(f"  {count} {status.name.lower()}: {status.sentence}", file=sys.stderr)
+            say(f"  {count} {status.name.lower()}: {status.sentence}")
 
 
 def print_suspicions(suspicious: tuple[int, int]) -> None:
-    """Print warnings about points that are possible but suspicious."""
+    """Print warnings about results that are possible but suspicious."""
     balance, stress = suspicious
     if balance:
-        print(
+        say(
             f"warning: power_balance_error and amplitude_error are above {SUSPICIOUS_BALANCE:g} on "
-            f"{counted(balance, 'point')}; check with a smaller integrator.rtol (or dt)",
-            file=sys.stderr,
+            f"{counted(balance, 'point')}; check with a smaller integrator.rtol (or dt)"
         )
     if stress:
-        print(
+        say(
             "warning: the elastic stress exceeds its static maximum by more than 10 % on "
             f"{counted(stress, 'point')}; slow kinetics can do that, but so can an inaccurate "
-            "integration",
-            file=sys.stderr,
+            "integration"
         )
 
 
-# Of the time that `plan` estimates: how many standard errors, and at least what part, to each side.
+# The range around the time that `plan` estimates: standard errors, and at least this part of it.
 _DEVIATIONS, _LEAST_WIDE = 2.0, 0.15
 
 
@@ -156,8 +153,8 @@ def describe_installation() -> None:
     _print(f"code: {source_hash()}")
     for other in sorted(set(packages_distributions().get("sweeps", ())) - {"stickslip"}):
         _print(
-            f"warning: the package `sweeps` is also that of {other}, which is installed here: one "
-            "overwrites the other; install stickslip into an environment of its own"
+            f"warning: {other}, which is installed here, also has a package `sweeps`: one "
+            "overwrites the other; install stickslip into a separate environment"
         )
     try:
         _print(f"compiled code is cached in: {usable_cache_folder()}")
@@ -185,7 +182,7 @@ def describe_file(ds: xr.Dataset) -> None:
 
 
 def parameters_text(grid: Grid) -> str:
-    """Return a list of the parameters that differ from the paper's."""
+    """Return the parameters that differ from the paper's, as text."""
     changed = []
     for name, variable in PARAMETERS.items():
         values = grid.values(name)
@@ -199,7 +196,7 @@ def parameters_text(grid: Grid) -> str:
 
 
 def print_borders(borders: xr.Dataset) -> None:
-    """Print the borders of one axis; of a map how many lines there are between each two kinds."""
+    """Print the borders of one axis, or how many lines of a map part each two kinds."""
     axes = [name for name in PARAMETERS if f"{name}_bracket" in borders.variables]
     sides = list(zip(borders.kind_left.values, borders.kind_right.values, strict=True))
     is_fold = borders.type.values == 1
@@ -223,7 +220,7 @@ def _between(left: int, right: int) -> str:
 
 
 def print_comparison(point: Point) -> bool:
-    """Print the point's values in the file and any differences now; return whether they agree."""
+    """Print a point's values in the file and how new ones differ; return whether they agree."""
     print(point.where)
     differing = point.differences()
     for name, stored in point.stored.items():
@@ -244,5 +241,5 @@ def print_comparison(point: Point) -> bool:
 
 
 def _print(text: str) -> None:
-    """Print text from a file, whose control characters must not reach the terminal."""
+    """Print text from a file; its control characters must not reach the terminal."""
     print(printable(text))

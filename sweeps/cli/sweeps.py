@@ -29,6 +29,7 @@ from sweeps.cli.shared import (
     output_of,
     output_option,
     print_names,
+    recalled_or_computed,
     say,
     stop_with,
     usage_errors,
@@ -47,9 +48,9 @@ PartOption = Annotated[
     str | None, option("I/N", "Only every Nth point from the Ith, for job arrays.")
 ]
 
-# Options that must not be repeated when the sweep is resumed.
+# Options that the command to resume must not repeat.
 _ONCE = ("--overwrite", "--retry-failed")
-_MANY = 10_000_000  # points whose plan takes more than a moment
+_MANY = 10_000_000  # points; a plan of as many takes more than a moment
 
 
 class _Kind(StrEnum):
@@ -66,8 +67,8 @@ def new(
     kind: Annotated[
         _Kind,
         typer.Option(
-            help="The paper's film against temperature, a lubricant of your own, a map of the "
-            "kinds of motion, or the machine and the start of a fit."
+            help="The paper's film against temperature, your own lubricant, a map of the kinds of "
+            "motion, or the machine and the start of a fit."
         ),
     ] = _Kind.PAPER,
 ) -> None:
@@ -197,12 +198,8 @@ def plan(
     path = output_of(config, file, output, chosen)
     points = Grid.from_config(config).size
     if points >= _MANY:
-        say(f"{points} points; looking at what is there, and at a sample")
-    made = interruptible(
-        lambda: make_plan(config, path, compiling, chosen),
-        "Interrupted; nothing was kept.",
-        at_once=compiling.stop,
-    )
+        say(f"{points} points; checking existing results and computing a sample")
+    made = interruptible(lambda: make_plan(config, path, compiling, chosen), compiling.stop)
     print_plan(made, f"{counted(config.execution.slots, 'worker')} ({config.execution.backend})")
 
 
@@ -221,16 +218,16 @@ def status(
 
     config = checked_config(target, None) if is_config(target) else None
     path = target if config is None else output_of(config, target)
-    lacking, refusal = (0, None) if config is None else _asked(config, path)
+    lacking, refusal = (0, None) if config is None else _to_compute(config, path)
     try:
         state = state_of(path)
     except (ExpectedError, OSError):
-        if refusal is not None:  # which says what is in the way
+        if refusal is not None:  # which names the cause
             stop_with(str(refusal), refusal.code)
         raise
     if refusal is not None:
         state["refused"] = str(refusal)
-    elif lacking and state["state"] == "complete":  # without points that the config has gained
+    elif lacking and state["state"] == "complete":  # but the config has gained points
         state["to_compute"] = lacking
     if json_:
         import json
@@ -239,7 +236,7 @@ def status(
     elif state["state"] != "absent":
         print_state(state)
         if "to_compute" in state:
-            print(f"{lacking} more point{'s' * (lacking > 1)} of {target} to compute")
+            print(f"{counted(lacking, 'more point')} of {target} to compute")
     elif refusal is None:
         absent = f"{path} does not exist, and no sweep to this file was ever started"
         stop_with(absent, Exit.STORAGE)
@@ -292,11 +289,10 @@ def sensitivity(
 ) -> None:
     """Compute which parameter matters over a whole box: Sobol indices with intervals.
 
-    The box and the number of base points, a power of 2, are those of `sample` in the config; n base
-    points of d parameters take (d + 2) n orbits. Beside the NetCDF file a picture is written.
+    `sample` in the config gives the box and the number of base points, a power of 2; n base points
+    of d parameters take (d + 2) n orbits. The command writes a NetCDF file and a picture.
     """
     from stickslip.indices import AMPLITUDES
-    from sweeps.engine.signals import interruptible
     from sweeps.figures import draw
     from sweeps.figures.save import pictures_of, rendered
     from sweeps.files.outputs import Outputs
@@ -314,24 +310,17 @@ def sensitivity(
     }
     paths = [target, *pictures_of(target.with_suffix(""))]
     with Outputs(paths, identity, overwrite=overwrite, inputs=[config]).held() as outputs:
-        ds = outputs.recalled()
-        if ds is None and not outputs.finished:
-            ds = interruptible(
-                lambda: request.computed(progress=not no_progress),
-                "Interrupted; nothing was kept.",
-                at_once=outputs.release,
-            )
-        if ds is not None:
-            print(summary_of(ds))
-            pictures = rendered(draw(ds), target.with_suffix(""))
-            outputs.write({target: outputs.dataset(ds), **pictures})
+        ds = recalled_or_computed(outputs, lambda: request.computed(progress=not no_progress))
+        print(summary_of(ds))
+        pictures = rendered(draw(ds), target.with_suffix(""))
+        outputs.write({target: outputs.dataset(ds), **pictures})
     print_names(outputs)
 
 
-def _asked(config: Config, path: Path) -> tuple[int, ExpectedError | None]:
-    """Return how many points a sweep would compute, and why it would be refused, if it would.
+def _to_compute(config: Config, path: Path) -> tuple[int, ExpectedError | None]:
+    """Return how many points a sweep would compute, and its refusal, if it would be refused.
 
-    One that is running is not asked.
+    A running sweep is left alone: it counts 0 points.
     """
     import numpy as np
 
@@ -362,14 +351,14 @@ def sweep_and_report(
     from sweeps.cli.summaries import print_summary, write_timing
     from sweeps.engine.sweep import sweep as run_sweep
 
-    def tell(line: str) -> None:
+    def say_if_wanted(line: str) -> None:
         if progress or line.startswith("warning"):
             say(line)
 
     outcome = run_sweep(
         config,
         path,
-        say=tell,
+        say=say_if_wanted,
         progress=progress,
         policy=policy,
         stop=stop,
@@ -390,7 +379,7 @@ def sweep_and_report(
 
 
 def _leave(outcome: Outcome) -> NoReturn:
-    """Say how to resume, and exit: a compiler running in a thread would keep the process alive."""
+    """Say how to resume, and exit at once: a compiler in a thread would keep the process alive."""
     from stickslip.status import Status
     from sweeps.cli.summaries import print_reasons
 

@@ -1,7 +1,7 @@
-"""Ending early: on Ctrl-C, on a signal of the batch system, or when the time granted is over.
+"""Ending early: on Ctrl-C, on a signal of the batch system, or when the granted time is over.
 
-Compiled code does not look for signals and cannot be stopped: it runs in a thread, while the main
-thread listens.
+Compiled code does not check for signals and cannot be stopped, so it runs in a thread while the
+main thread listens.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _PART = re.compile(r"(\d+(?:\.\d+)?)\s*(s|min|m|h|d|)\s*")
 
 
 def parse_duration(text: str) -> float:
-    """Return the seconds of a duration: `2h`, `90 min`, `1h30m`, `45s`, a number of seconds.
+    """Return the seconds of a duration such as `2h`, `90 min`, `1h30m`, `45s` or `45`.
 
     Raises ValueError.
     """
@@ -49,8 +49,9 @@ def parse_duration(text: str) -> float:
 class Stop(stop.Stop):
     """A request to end a sweep early, with its reason and exit code.
 
-    `at_a_stop` says what is finished first, and what is given up; an empty text where nothing is
-    begun. A second signal ends the process where it `ends_process`, else it is a KeyboardInterrupt.
+    `at_a_stop` returns a text about what a stop finishes and what it gives up, empty if nothing is
+    in flight. A second signal ends the process if `ends_process` is true, else it raises
+    KeyboardInterrupt; both times the functions in `at_once` are called first.
     """
 
     def __init__(self, max_runtime: float | None = None, *, ends_process: bool = True) -> None:
@@ -69,7 +70,7 @@ class Stop(stop.Stop):
         return bool(self.reason)
 
     def request(self, reason: str, code: Exit = Exit.STOPPED) -> None:
-        """End as the parent says, with an exit code."""
+        """Request the stop as the base class does, with an exit code."""
         if not self.reason:
             self.code = code
         super().request(reason)
@@ -77,11 +78,10 @@ class Stop(stop.Stop):
 
 @contextlib.contextmanager
 def listening(stop: Stop) -> Iterator[None]:
-    """Signals request a stop while this lasts; the second one ends the process.
+    """Let a signal request a stop, and a second signal end the process.
 
-    What stands in `stop.at_once` is called before that, the last first. Signals that are ignored,
-    as under nohup, stay ignored; outside the main thread, where signals do not arrive, nothing is
-    changed.
+    Before it ends, the functions in `stop.at_once` are called, the last one first. Ignored signals,
+    as under nohup, stay ignored. Outside the main thread, where no signals arrive, nothing changes.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -115,25 +115,28 @@ def listening(stop: Stop) -> Iterator[None]:
 
 def _write(message: str) -> None:
     messages = Messages(sys.stderr)
-    messages.write(f"\n{message}\n")  # the terminal has written ^C, or the bar a line
+    messages.write(f"\n{message}\n")  # the line may already hold ^C or the bar
     messages.flush()
 
 
 def interruptible(
-    work: Callable[[], _T], message: str, *, at_once: Callable[[], None] = lambda: None
+    work: Callable[[], _T],
+    *at_once: Callable[[], None],
+    message: str = "Interrupted; nothing was kept.",
 ) -> _T:
     """Return the result of `work`, computed in a thread while the main thread listens for Ctrl-C.
 
-    On Ctrl-C `at_once` is called, `message` is printed and the process ends with exit code 130:
-    nothing else that would have to be tidied up may happen inside `work`. What `work` raises is
-    raised here.
+    On Ctrl-C the functions of `at_once` are called in turn, `message` is printed and the process
+    ends with exit code 130. So `work` must leave nothing else behind that needs tidying up. Errors
+    of `work` are raised here.
     """
     try:
         outcome = in_thread(work)
         while not _is_over(outcome):
             pass
     except KeyboardInterrupt:
-        at_once()
+        for tidy in at_once:
+            tidy()
         _write(message)
         sys.stdout.flush()
         os._exit(Exit.INTERRUPTED)
@@ -141,9 +144,9 @@ def interruptible(
 
 
 def wait_for(work: Callable[[], None], stop: Stop) -> bool:
-    """Do `work` in a thread; returns False, without waiting for it, when a stop is requested.
+    """Do `work` in a thread; return False without waiting for it if a stop is requested.
 
-    What `work` raises is raised here.
+    Errors of `work` are raised here.
     """
     outcome = in_thread(work)
     while not _is_over(outcome):
@@ -154,6 +157,6 @@ def wait_for(work: Callable[[], None], stop: Stop) -> bool:
 
 
 def _is_over(outcome: Future[_T]) -> bool:
-    """Return whether work is over after a moment, in which signals are heard."""
+    """Wait a moment, in which signals are handled; return whether the work is over."""
     wait([outcome], timeout=0.1)
     return outcome.done()

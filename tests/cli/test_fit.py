@@ -98,7 +98,7 @@ def test_the_command_fits_and_its_files_can_be_used(
     ("arguments", "said"),
     [
         ("d.csv --free k=1", "a range is k=LOW:HIGH, not k=1"),
-        ("d.csv --free k,k", "k is there twice"),
+        ("d.csv --free k,k", "k is given twice"),
         ("d.csv --free T", "a column of the data"),
         ("d.csv --free k -o d.csv", "ends in .nc"),
         ("bad.csv --free k", "bad.csv:1, column Fmax: is neither a parameter"),

@@ -205,17 +205,16 @@ def test_work_is_not_waited_for_when_a_stop_is_requested() -> None:
     go_on.set()
 
 
-def raising(error: BaseException) -> Callable[[], None]:
+@pytest.mark.parametrize("waiting", [lambda work: wait_for(work, Stop()), interruptible])
+@pytest.mark.parametrize("error", [ValueError("bad"), KeyboardInterrupt(), SystemExit(3)])
+def test_errors_of_the_work_are_raised(
+    waiting: Callable[[Callable[[], None]], object], error: BaseException
+) -> None:
     def work() -> None:
         raise error
 
-    return work
-
-
-@pytest.mark.parametrize("error", [ValueError("bad"), KeyboardInterrupt(), SystemExit(3)])
-def test_what_work_raises_is_raised_here(error: BaseException) -> None:
     with pytest.raises(type(error)) as caught:
-        wait_for(raising(error), Stop())
+        waiting(work)
     assert caught.value is error
 
 
@@ -233,16 +232,8 @@ execution: {block_points: 1}
 
 
 def test_work_is_done_in_another_thread_and_its_result_comes_back() -> None:
-    assert interruptible(lambda: 42, "never said") == 42
-    assert interruptible(lambda: None, "never said") is None
-    assert interruptible(threading.current_thread, "never said") is not threading.main_thread()
-
-
-@pytest.mark.parametrize("error", [ValueError("mine"), SystemExit(4), KeyboardInterrupt()])
-def test_what_interruptible_work_raises_is_raised(error: BaseException) -> None:
-    with pytest.raises(type(error)) as caught:
-        interruptible(raising(error), "never said")
-    assert caught.value is error
+    assert interruptible(lambda: 42) == 42
+    assert interruptible(threading.current_thread) is not threading.main_thread()
 
 
 @pytest.mark.parametrize("stubborn", ["time.sleep(1000)", "while_true()"])
@@ -253,13 +244,13 @@ def test_ctrl_c_does_not_wait_for_the_work(stubborn: str) -> None:
         "def while_true():\n"
         "    while True: pass\n"
         f"def work(): print('ready', flush=True); {stubborn}\n"
-        "try: interruptible(work, 'the message')\n"
+        "try: interruptible(work, lambda: print('tidied'), message='the message')\n"
         "finally: print('too late')\n"
     )
     child = Running("-c", code)
     child.says("ready\n")
     child.signal(signal.SIGINT)
-    assert child.ended() == (130, "ready\n", "\nthe message\n")
+    assert child.ended() == (130, "ready\ntidied\n", "\nthe message\n")
 
 
 def left_over(folder: Path) -> list[str]:
