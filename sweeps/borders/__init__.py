@@ -29,14 +29,14 @@ POINT = "boundary_point"
 SIDES = ("left", "right")
 
 NEAR = 0.2
-"""How near to 1 a multiplier at an end of the last bracket makes a border a fold.
+"""A border is a fold if a multiplier at an end of its last bracket is as close to 1 as this.
 
-Of the five borders over omega at T = 200 K, in brackets of 1e-6 of the axis, that at 18.108 rad/s
-has 0.94 and the others at most 0.54; wide brackets are too far from it. The 0.94 is the error of
-one-sided differences: the eigenvalue tends to -0.920, and the orbit goes on beyond the border to
-18.1087 rad/s, while the start leads to another. So this says how near to the loss of stability an
-orbit is, not that it ends there. Far above 1 is no multiplier of a stable orbit: the differences
-that it is made of reach across the border.
+Of the five borders over omega at T = 200 K, in brackets of 1e-6 of the axis, the one at 18.108
+rad/s has 0.94 and the others at most 0.54; the ends of wide brackets are too far from the border.
+The 0.94 is an error of one-sided differences: the eigenvalue tends to -0.920, and the orbit
+continues beyond the border to 18.1087 rad/s, while the start reaches another orbit. So the type
+says how close an orbit is to losing stability, not that it ends there. A value far above 1 is not
+the multiplier of a stable orbit: the differences behind it reach across the border.
 """
 
 
@@ -58,7 +58,7 @@ def boundaries(
 ) -> xr.Dataset:
     """Return the borders of a map as lines; see `StickslipAccessor.boundaries`.
 
-    With `progress` it says how far it is.
+    `progress` shows how far the computation is.
     """
     if kind not in PARTS:
         raise BoundaryError(f"kind is {' or '.join(PARTS)}, not {kind!r}")
@@ -67,27 +67,27 @@ def boundaries(
             f"accuracy is a part of the length of an axis, from {_FINEST:g} to below 1, "
             f"not {accuracy}"
         )
-    own = map_of(ds, kind, workers)
-    with display_of(own.progress, wanted=progress):
-        found = own.crossings(accuracy)
-        lines, meetings = _joined(own, found)
-    return _table(ds, own, found, lines, meetings, accuracy)
+    kind_map = map_of(ds, kind, workers)
+    with display_of(kind_map.progress, wanted=progress):
+        found = kind_map.crossings(accuracy)
+        lines, meetings = _joined(kind_map, found)
+    return _table(ds, kind_map, found, lines, meetings, accuracy)
 
 
-def _joined(own: Map, found: Crossings) -> tuple[list[Line], list[list[int]]]:
-    """Return the lines and meeting points of crossings; those of one axis are points."""
-    rims = Rims(own.kinds, found, found.places(own.axes))
+def _joined(kind_map: Map, found: Crossings) -> tuple[list[Line], list[list[int]]]:
+    """Return the lines and meeting points of crossings; on one axis each crossing is a line."""
+    rims = Rims(kind_map.kinds, found, found.places(kind_map.axes))
     centres: list[int] = []
     if doubtful := rims.doubtful():
-        cells = zip(own.axes, np.transpose(doubtful), strict=True)
+        cells = zip(kind_map.axes, np.transpose(doubtful), strict=True)
         middles = [axis.middles(axis.values[i], axis.values[i + 1]) for axis, i in cells]
-        centres = own.kinds_at(np.column_stack(middles)).tolist()
+        centres = kind_map.kinds_at(np.column_stack(middles)).tolist()
     return rims.lines(dict(zip(doubtful, centres, strict=True)))
 
 
 def _table(
     ds: xr.Dataset,
-    own: Map,
+    kind_map: Map,
     found: Crossings,
     lines: list[Line],
     meetings: list[list[int]],
@@ -95,55 +95,55 @@ def _table(
 ) -> xr.Dataset:
     """Return the borders of a map along `boundary_point`.
 
-    `found` are its crossings, in brackets of at most `accuracy` unless they stayed wide, `lines`
-    what they were joined to, and `meetings` the crossings that meet in each meeting point.
+    `found` are its crossings, whose brackets stayed wide or have at most the width `accuracy`;
+    `lines` join them, and `meetings` lists the crossings of each meeting point.
     """
     points = np.array([point for line in lines for point in line.points], dtype=np.int64)
     numbers = [number for number, line in enumerate(lines) for _ in line.points]
     sides = np.array([line.kinds for line in lines for _ in line.points], dtype=np.int64)
     sides, is_crossing = sides.reshape(-1, 2), points < len(found)
-    places = found.places(own.axes)
+    places = found.places(kind_map.axes)
     middles = [places[meeting].mean(axis=0) for meeting in meetings]
     places = np.vstack([places, *middles])[points]
     brackets = _per_point(found.high - found.low, points)
     coordinates = {"line": (POINT, np.array(numbers, dtype=np.int32), _LINE)} | {
         name: (POINT, place, dict(PARAMETERS[name].attributes))
-        for name, place in zip(own.names, places.T, strict=True)
+        for name, place in zip(kind_map.names, places.T, strict=True)
     }
     multipliers = _per_point(found.numbers, points)
     turned = _per_point(found.kinds.astype(float), points)[:, 0] != sides[:, 0]
     multipliers[turned] = multipliers[turned, ::-1]
-    data = _kinds(own, sides)
+    data = _kinds(kind_map, sides)
     attributes = result_attributes("floquet_multiplier")
     for side, values in zip(SIDES, multipliers.T, strict=True):
         data[f"multiplier_{side}"] = (POINT, values, _on_side(attributes, side))
     data["type"] = (POINT, types_of(multipliers, is_crossing), _TYPE)
     data |= {
         f"{name}_bracket": (POINT, width, _bracket(name))
-        for name, width in zip(own.names, brackets.T, strict=True)
+        for name, width in zip(kind_map.names, brackets.T, strict=True)
     }
     fixed = {name: ds[name].squeeze() for name in PARAMETERS if name in ds and ds[name].size == 1}
-    wide = int((~found.are_narrow(own.axes, accuracy)).sum())
-    return xr.Dataset(data, coordinates | fixed, _about(ds, own) | {"wide_brackets": str(wide)})
+    wide = {"wide_brackets": str(int((~found.are_narrow(kind_map.axes, accuracy)).sum()))}
+    return xr.Dataset(data, coordinates | fixed, _about(ds, kind_map) | wide)
 
 
 def _per_point(values: Floats, points: NDArray[np.int64]) -> Floats:
-    """Return values (n, k) of crossings at points of lines; NaN where lines meet."""
+    """Return values (n, k) of crossings at the points of lines, NaN at meeting points."""
     padded = np.vstack([values, np.full(values.shape[1:], np.nan)])
     return padded[np.minimum(points, len(values))]
 
 
 def types_of(multipliers: Floats, is_crossing: NDArray[np.bool_]) -> NDArray[np.int8]:
-    """Return the types (n,) of points with these multipliers (n, 2) on their sides."""
+    """Return the types (n,) of points from the multipliers (n, 2) on their two sides."""
     fold = (np.abs(multipliers - 1.0) <= NEAR).any(axis=1)
     codes = np.where(fold, Type.FOLD, Type.GRAZING)
     return np.where(is_crossing, codes, Type.MEETING).astype(np.int8)
 
 
-def _kinds(own: Map, sides: NDArray[np.int64]) -> dict[str, Any]:
+def _kinds(kind_map: Map, sides: NDArray[np.int64]) -> dict[str, Any]:
     """Return the parts of the kinds (n, 2) on either side, each as a result variable."""
     data: dict[str, Any] = {}
-    for part in PARTS[own.kind]:
+    for part in PARTS[kind_map.kind]:
         for side, numbers in zip(SIDES, sides.T, strict=True):
             values = part_of(numbers, part).astype(RESULTS[part].dtype)
             name = f"{'kind' if part == 'regime' else part}_{side}"
@@ -152,7 +152,7 @@ def _kinds(own: Map, sides: NDArray[np.int64]) -> dict[str, Any]:
 
 
 def _on_side(attributes: dict[str, object], side: str) -> dict[str, object]:
-    """Return the attributes of a result variable at the end of the bracket on one side."""
+    """Return the attributes of a result variable at one end of the bracket."""
     name = f"{attributes['long_name']}, on the {side}"
     return attributes | {"long_name": name}
 
@@ -183,15 +183,15 @@ _TYPE: dict[str, object] = {
 }
 
 
-def _about(ds: xr.Dataset, own: Map) -> dict[str, object]:
+def _about(ds: xr.Dataset, kind_map: Map) -> dict[str, object]:
     """Return the global attributes: provenance of this computation, and the config of the map."""
     of_map = {name: ds.attrs[name] for name in ("config", "config_sha256") if name in ds.attrs}
     title = ds.attrs.get("title", "a sweep")
     return {
-        **global_attributes(own.config),
+        **global_attributes(kind_map.config),
         **of_map,
         "title": f"Borders between kinds of motion: {title}",
         "summary": "Where the kind of motion of a block on a boundary lubricant film changes",
-        "boundary_kind": own.kind,
-        "computed_points": str(own.progress.done),
+        "boundary_kind": kind_map.kind,
+        "computed_points": str(kind_map.progress.done),
     }

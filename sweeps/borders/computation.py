@@ -1,4 +1,4 @@
-"""The kinds of motion on a map, and the points computed between its own to find its borders."""
+"""The kinds of motion on a map, and the points computed between its points to find borders."""
 
 from __future__ import annotations
 
@@ -36,32 +36,32 @@ from sweeps.points import config_of, curve_or_map
 
 Kind = Literal["regime", "orbit"]
 
-# How many bits of a number each part has, the last one lowest: the order is that of the regimes.
+# Bits that each part takes in the number of a kind, the last one lowest: numbers sort by regime.
 _BITS = {"regime": 8, "orbit_periods": 16, "melting_count": 31}
 
 PARTS: dict[str, tuple[str, ...]] = {"regime": ("regime",), "orbit": tuple(_BITS)}
 """The result variables in which motions of different kinds differ."""
 
 NEEDED = ("status", "regime", "orbit_periods", "melting_count")
-"""The result variables that tell the kind of a motion."""
+"""The result variables that determine the kind of a motion."""
 
 _RESULTS = [status for status in Status if status.is_result]
 
 _KIND = [Parameters._fields.index(name) for name in KIND]
 
 PATIENT, LIMIT = 1e-3, 128
-"""The width, as a part of its axis, above which a bracket waits for however slow a middle.
+"""A bracket wider than this fraction of its axis waits for its middle, however slow that is.
 
 A narrower one stays as it is if its middle has not reached its orbit after `LIMIT` drive periods
-(docs/decisions/borders.md): fewer than any motion needs to be called aperiodic.
+(docs/decisions/borders.md). No motion is called aperiodic after so few periods.
 """
 
 
 def numbered(values: Callable[[str], NDArray[np.generic]], kind: Kind) -> NDArray[np.int64]:
-    """Return the numbers of kinds of motion, `NO_KIND` of points without a result.
+    """Return kinds of motion as numbers, `NO_KIND` for points without a result.
 
-    `values` gives a result variable, in any shape. Chance decides how often a film melts while an
-    aperiodic motion is watched: its counts are left out.
+    `values` returns a result variable by name, in any shape. The counts of an aperiodic motion are
+    left out, because they depend on when it is observed.
     """
     regime = values("regime").astype(np.int64)
     known = np.isin(values("status"), _RESULTS) & (regime != RESULTS["regime"].missing)
@@ -74,7 +74,7 @@ def numbered(values: Callable[[str], NDArray[np.generic]], kind: Kind) -> NDArra
 
 
 def part_of(numbers: NDArray[np.int64], name: str) -> NDArray[np.int64]:
-    """Return the regimes or the counts that kinds of these numbers have."""
+    """Return one part, the regimes or a count, of kinds given as numbers."""
     later = list(_BITS)[list(_BITS).index(name) + 1 :]
     return (numbers >> sum(_BITS[other] for other in later)) % (1 << _BITS[name])
 
@@ -84,9 +84,9 @@ class BoundaryError(ExpectedError, ValueError):
 
 
 class Bisecting:
-    """Says how many points have been computed, and how many it will be as far as is known.
+    """The progress of a bisection: the points computed, and those known to follow.
 
-    An edge that is found to be crossed by two borders needs more of them.
+    An edge that turns out to cross two borders needs more points.
     """
 
     def __init__(self) -> None:
@@ -95,7 +95,7 @@ class Bisecting:
 
     @property
     def goal(self) -> int:
-        """The points that have been computed, and those that are known to follow."""
+        """The number of points computed and of those known to follow."""
         return self.done + self.left
 
     @property
@@ -106,15 +106,15 @@ class Bisecting:
 
     @property
     def outlook(self) -> str:
-        """The points in flight: those beside a motion that never closes take long."""
+        """The points in flight: next to a motion that never closes they take long."""
         return in_flight_text(self.in_flight)
 
 
 @dataclass(frozen=True)
 class Map:
-    """A result over one axis or two, from which other points between its own can be computed.
+    """A result over one axis or two, between whose points others can be computed.
 
-    `config` asks for its first point alone; `kinds` and `multipliers` have the shape of the map.
+    `config` describes its first point alone; `kinds` and `multipliers` have the shape of the map.
     """
 
     names: tuple[str, ...]
@@ -129,7 +129,7 @@ class Map:
     def crossings(self, accuracy: float) -> Crossings:
         """Return where borders cross the edges of the map, in brackets of at most `accuracy`.
 
-        Narrow ones end at a slow middle; see `PATIENT`.
+        The bisection of a narrow bracket ends at a slow middle; see `PATIENT`.
         """
         bisection = Bisection(self.axes, self.kinds, self.multipliers, accuracy, pause=PATIENT)
         points = Listed(self.workers)
@@ -139,7 +139,7 @@ class Map:
         return bisection.crossings()
 
     def _bisect(self, bisection: Bisection, points: Listed, *, limit: int = 0) -> None:
-        """Compute midpoints and add them to a list of points until no more are requested."""
+        """Compute the middles of brackets, with a list that grows until no more are needed."""
         self._add(points, bisection.middles(len(points)))
         for block in self._computed(points, limit=limit):
             bisection.take_in(block.indices, *self._seen(block))
@@ -147,7 +147,7 @@ class Map:
             self.progress.left = bisection.left
 
     def kinds_at(self, places: Floats) -> Kinds:
-        """Return the kinds (n,) at some places (n, axes) of the map."""
+        """Return the kinds (n,) at places (n, axes) of the map."""
         kinds, points = np.empty(len(places), dtype=np.int64), Listed(self.workers)
         self._add(points, places)
         for block in self._computed(points):
@@ -156,27 +156,27 @@ class Map:
 
     @property
     def _options(self) -> Options:
-        """Those of the map, but of a motion that never closes its kind alone is wanted.
+        """The options of the map, with the shortest window.
 
-        That it does not is decided by the growth of its neighbours, over the same periods for any
-        window; the window is for its statistics.
+        Of a motion that never closes only the kind is needed. The growth of its neighbours decides
+        it, over the same periods for any window; a longer window only improves the statistics.
         """
         shortest = int(OPTIONS["window"].range.lower)
         return replace(options_of(self.config), window=shortest)
 
     def _add(self, points: Listed, places: Floats) -> None:
-        """Add the points at some places (n, axes) to a list, and have the kernels they need."""
+        """Add the points at places (n, axes) to a list, and compile the kernels they need."""
         if not len(places):
             return
         rows = np.tile(np.array(self.config.parameters()), (len(places), 1))
         rows[:, [Parameters._fields.index(name) for name in self.names]] = places
         if not len(points) or not set(KIND).isdisjoint(self.names):
-            # Threads would wait for the first of them to compile.
+            # Otherwise all threads would wait for the first one to compile.
             compile_kinds(self._options, rows[:, _KIND])
         points.add(rows)
 
     def _computed(self, points: Listed, *, limit: int = 0) -> Iterator[Block]:
-        """Yield the blocks of a list of points, which may grow meanwhile."""
+        """Yield the blocks of a list of points, which may grow in the meantime."""
         flying = self.progress.in_flight = InFlight()
         with own_workers(self.workers) as workers:
             for block in ask(
@@ -186,13 +186,13 @@ class Map:
                 yield block
 
     def _seen(self, block: Block) -> tuple[Kinds, Floats]:
-        """Return the kinds (n,) of a block's points, and their multipliers (n,)."""
+        """Return the kinds (n,) and the multipliers (n,) of a block's points."""
         found = dict(zip(RESULT_COLUMNS, block.results.T, strict=True))
         return numbered(found.__getitem__, self.kind), found["floquet_multiplier"]
 
 
 def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
-    """Return the map that a result is; its axes become increasing.
+    """Return a result as a map, with increasing axes.
 
     Raises BoundaryError if the result is not a map, or its points depend on more than parameters.
     """
@@ -215,7 +215,7 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
 
 
 def _axes_of(ds: xr.Dataset) -> tuple[str, ...]:
-    """Return the names of the one or two parameters in which points differ."""
+    """Return the names of the one or two parameters that vary."""
     if DIRECTION in ds.coords:
         raise BoundaryError(
             "points of a followed axis start from their neighbours, so that those between them "

@@ -1,21 +1,22 @@
-"""Crossings of borders and the edges of a map, bisected side by side, and joined to lines.
+"""Crossings of borders with the edges of a map, bisected side by side, and joined to lines.
 
 A map has one axis or two. Its edges join neighbours along an axis; a border crosses an edge where
-the kind changes along it. Kinds are whole numbers, `NO_KIND` where there is none; what they stand
-for does not matter here.
+the kind changes along it. Kinds are whole numbers, `NO_KIND` for none; their meaning does not
+matter here.
 
-Crossings are joined cell by cell: marching squares of many kinds. A cell lies between two values of
-each axis. Its rim is walked counter-clockwise, the first axis pointing right and the second up, and
-is cut by crossings into stretches of one kind each. Two crossings are joined; three or more between
-kinds that occur once each meet in their middle. Where a kind occurs twice, as in a saddle, the kind
-of the cell's centre goes through the cell, and what lies on either side of it is cut off.
+Crossings are joined cell by cell, by marching squares of many kinds. A cell lies between two
+neighbouring values of each axis. We walk along its rim counter-clockwise, with the first axis
+pointing right and the second up; crossings cut the rim into stretches of one kind each. Two
+crossings are joined; three or more meet in their middle if each kind occurs once. If a kind occurs
+twice, as in a saddle, the kind at the cell's centre fills a band through the cell, which cuts off
+what lies on either side.
 """
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +61,7 @@ class Crossings:
     low, high
         The ends (n, axes) of the bracket.
     kinds, numbers
-        The kinds (n, 2) of the two ends, and a number of each, which is handed on.
+        The kinds (n, 2) of the two ends, and a number of each end, which is only passed on.
     """
 
     axis: NDArray[np.int64]
@@ -74,12 +75,12 @@ class Crossings:
         return len(self.axis)
 
     def part(self, which: NDArray[np.bool_] | NDArray[np.int64] | slice) -> Crossings:
-        """Return some of them."""
+        """Return some of the crossings."""
         return Crossings(*(getattr(self, field.name)[which] for field in fields(self)))
 
     @staticmethod
     def joined(parts: Sequence[Crossings]) -> Crossings:
-        """Return several as one."""
+        """Return the crossings of several parts together."""
         names = [field.name for field in fields(Crossings)]
         return Crossings(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
@@ -96,7 +97,7 @@ class Crossings:
         return np.asarray(np.max([a.parts(low, high) for a, low, high in columns], axis=0))
 
     def are_narrow(self, axes: Sequence[Axis], accuracy: float) -> NDArray[np.bool_]:
-        """Return which brackets (n,) are as narrow as is asked for, or as floats allow."""
+        """Return which brackets (n,) are as narrow as `accuracy`, or as floats allow."""
         middles = self.places(axes)
         between = ((middles != self.low) & (middles != self.high)).any(axis=1)
         return np.asarray((self.widths(axes) <= accuracy) | ~between)
@@ -105,11 +106,11 @@ class Crossings:
 class Bisection:
     """The bisection of all edges of a map that borders cross, into brackets of at most `accuracy`.
 
-    `kinds` and `numbers` have the shape of the map, `accuracy` is a part of the length of an axis.
-    The middles of brackets are numbered from 0; in whatever order their kinds become known, the
-    same brackets are left. A middle of a third kind splits an edge in two. A middle without a kind
-    ends the bisection of its edge: its bracket stays wide. Brackets of at most `pause` wait until
-    the bisection is to `resume`.
+    `kinds` and `numbers` have the shape of the map, `accuracy` is a fraction of the length of an
+    axis. The middles of brackets are numbered from 0; the final brackets do not depend on the order
+    in which the kinds of middles become known. A middle of a third kind splits an edge in two. A
+    middle without a kind ends the bisection of its edge, whose bracket stays wide. Brackets no
+    wider than `pause` wait for `resume`.
     """
 
     def __init__(
@@ -133,15 +134,15 @@ class Bisection:
 
     @property
     def left(self) -> int:
-        """The middles whose kinds are still to be found, but for edges that are split."""
+        """The number of middles still to be found, apart from edges that will be split."""
         return int(self._halvings.sum() + self._halvings_of(self._waiting).sum())
 
     def middles(self, first: int) -> Floats:
-        """Return the middles (n, axes) from this number on."""
+        """Return the middles (n, axes) from number `first` on."""
         return self._brackets.part(slice(first, None)).places(self._axes)
 
     def take_in(self, which: NDArray[np.int64], kinds: Kinds, numbers: Floats) -> None:
-        """Take in the kinds (n,) of middles by their numbers (n,): new middles may follow."""
+        """Take in the kinds (n,) of the middles `which` (n,); new middles may follow."""
         brackets = self._brackets.part(which)
         known = kinds != NO_KIND
         self._halvings[which] = 0
@@ -151,19 +152,19 @@ class Bisection:
         self._goes_on(_halved(brackets, middles, kinds[known], numbers[known]))
 
     def resume(self) -> None:
-        """Go on with the brackets that wait: new middles may follow."""
+        """Continue with the waiting brackets; new middles may follow."""
         waiting, self._pause = self._waiting, 0.0
         self._waiting = waiting.part(slice(0))
         self._goes_on(waiting)
 
     def crossings(self) -> Crossings:
-        """Return the crossings of borders and edges, by their edges and places on them."""
+        """Return the crossings of borders with edges, sorted by edge and by place on it."""
         found = Crossings.joined(self._found)
         order = np.lexsort((*found.low.T, *found.corner.T, found.axis))
         return found.part(order)
 
     def _goes_on(self, brackets: Crossings) -> None:
-        """Keep those brackets that are narrow enough, let some wait, and bisect the others."""
+        """Keep narrow brackets, let those below `pause` wait, and bisect the others."""
         narrow = brackets.are_narrow(self._axes, self._accuracy)
         waits = ~narrow & (brackets.widths(self._axes) <= self._pause)
         self._found.append(brackets.part(narrow))
@@ -173,13 +174,13 @@ class Bisection:
         self._halvings = np.concatenate([self._halvings, self._halvings_of(wide)])
 
     def _halvings_of(self, wide: Crossings) -> NDArray[np.int64]:
-        """Return how often brackets (n,) are to be halved, at least."""
+        """Return how often brackets (n,) must at least be halved."""
         ratios = np.maximum(wide.widths(self._axes) / self._accuracy, 2.0)
         return np.ceil(np.log2(ratios)).astype(np.int64)
 
 
 def _unlike_edges(axes: Sequence[Axis], kinds: Kinds, numbers: Floats) -> Crossings:
-    """Return every edge between neighbours of two kinds as a bracket."""
+    """Return every edge between neighbours of different kinds as a bracket."""
     edges = []
     for axis in range(kinds.ndim):
         length = kinds.shape[axis]
@@ -199,23 +200,19 @@ def _unlike_edges(axes: Sequence[Axis], kinds: Kinds, numbers: Floats) -> Crossi
 
 
 def _halved(brackets: Crossings, middles: Floats, kinds: Kinds, numbers: Floats) -> Crossings:
-    """Return the halves of brackets in which the kind changes: one of each, or both."""
-    seen, values = kinds[:, None], numbers[:, None]
-    lower = Crossings(
-        brackets.axis,
-        brackets.corner,
-        brackets.low,
-        middles,
-        np.hstack([brackets.kinds[:, :1], seen]),
-        np.hstack([brackets.numbers[:, :1], values]),
+    """Return the halves of brackets in which the kind changes: one of each bracket, or both."""
+    (first, last), (first_number, last_number) = brackets.kinds.T, brackets.numbers.T
+    lower = replace(
+        brackets,
+        high=middles,
+        kinds=np.column_stack([first, kinds]),
+        numbers=np.column_stack([first_number, numbers]),
     )
-    upper = Crossings(
-        brackets.axis,
-        brackets.corner,
-        middles,
-        brackets.high,
-        np.hstack([seen, brackets.kinds[:, 1:]]),
-        np.hstack([values, brackets.numbers[:, 1:]]),
+    upper = replace(
+        brackets,
+        low=middles,
+        kinds=np.column_stack([kinds, last]),
+        numbers=np.column_stack([numbers, last_number]),
     )
     both = Crossings.joined([lower, upper])
     return both.part(both.kinds[:, 0] != both.kinds[:, 1])
@@ -232,8 +229,8 @@ class Cut(NamedTuple):
 class Line(NamedTuple):
     """Points in order, with the kind of the lower number on the left and the other on the right.
 
-    Points below the number of crossings are these; the others are meeting points. A closed line
-    ends with its first point.
+    Numbers below the number of crossings are crossings; the others are meeting points. A closed
+    line ends with its first point.
     """
 
     points: list[int]
@@ -250,7 +247,7 @@ class Piece(NamedTuple):
 
     @property
     def directed(self) -> Piece:
-        """The same with the lower kind on the left."""
+        """The same piece with the lower kind on the left."""
         if self.left <= self.right:
             return self
         return Piece(self.end, self.begin, self.right, self.left)
@@ -259,7 +256,7 @@ class Piece(NamedTuple):
 class Rims:
     """The rims of the cells that borders cross, and the lines within them; one axis has no cells.
 
-    `kinds` are those at the points of the map, `places` (n, axes) those of its crossings.
+    `kinds` has the shape of the map; `places` (n, axes) are the places of its crossings.
     """
 
     def __init__(self, kinds: Kinds, found: Crossings, places: Floats) -> None:
@@ -277,7 +274,7 @@ class Rims:
         self._count = len(found)
 
     def cells(self) -> list[Cell]:
-        """Return the cells that are crossed and have a kind at each corner, in order."""
+        """Return the cells that borders cross, if each corner has a kind, in order."""
         beside = {
             cell
             for axis, i, j in self._edges
@@ -288,19 +285,19 @@ class Rims:
         return [cell for cell in inside if self._whole[cell]]
 
     def doubtful(self) -> list[Cell]:
-        """Return the cells in which a kind occurs twice: their centres decide."""
+        """Return the cells on whose rim a kind occurs twice: their centres decide."""
         return [cell for cell in self.cells() if _repeated(self._rim(cell)) is not None]
 
     def lines(self, centres: Mapping[Cell, int]) -> tuple[list[Line], list[list[int]]]:
-        """Return the lines, and of each meeting point the crossings that meet there.
+        """Return the lines, and the crossings that meet in each meeting point.
 
-        `centres` has the kind at the centre of each doubtful cell, if any.
+        `centres` has the kind at the centre of each doubtful cell, if it has one.
         """
         pieces: list[Piece] = []
         meetings: list[list[int]] = []
         for cell in self.cells():
             for group in _groups(self._rim(cell), centres.get(cell)):
-                if len(group) == 2:  # what is after the first is on the right on the way across
+                if len(group) == 2:  # on the way across, the kind after the first is on the right
                     first, second = group
                     across = Piece(first.crossing, second.crossing, first.before, first.after)
                     pieces.append(across.directed)
@@ -329,17 +326,17 @@ class Rims:
 
 
 def _repeated(rim: Sequence[Cut]) -> int | None:
-    """Return the first kind that has several stretches of a rim, None if there is none."""
+    """Return the first kind with several stretches on a rim, None if there is none."""
     kinds = [cut.before for cut in rim]
     return next((kind for kind in kinds if kinds.count(kind) > 1), None)
 
 
 def _groups(rim: list[Cut], centre: int | None) -> Iterator[list[Cut]]:
-    """Yield the crossings that are to be joined with each other.
+    """Yield the groups of crossings to join with each other.
 
-    Stretches of the centre's kind form one region, which separates the others; another kind left
-    with two stretches forms one region too. If the centre's kind is absent from the rim, all
-    crossings meet.
+    Stretches of the centre's kind form one region, which separates the others; another kind that
+    still has two stretches forms one region too. If the rim lacks the centre's kind, all crossings
+    meet.
     """
     starts = [place for place, cut in enumerate(rim) if cut.before == centre]
     if _repeated(rim) is None or not starts:
@@ -351,13 +348,13 @@ def _groups(rim: list[Cut], centre: int | None) -> Iterator[list[Cut]]:
 
 
 def _chained(pieces: Sequence[Piece]) -> list[Line]:
-    """Return pieces that follow each other as lines; these end where three or more meet."""
+    """Return pieces that follow each other as lines, which end where three or more meet."""
     degree = Counter(point for piece in pieces for point in (piece.begin, piece.end))
     follows = {piece.begin: piece for piece in pieces if degree[piece.begin] == 2}
     open_ends = [piece for piece in pieces if piece.begin not in follows]
     lines: list[Line] = []
     used: set[Piece] = set()
-    for first in [*open_ends, *pieces]:  # what is left after the open lines is closed
+    for first in [*open_ends, *pieces]:  # pieces left after the open lines form closed ones
         points, piece = [first.begin], first
         while piece not in used:
             used.add(piece)
