@@ -1,1 +1,1 @@
-"""Sweeps: what is missing is computed, recorded and put into a result."""
+"""Sweeps: they compute the missing points, record them and write the result."""

@@ -1,4 +1,4 @@
-"""The points of a grid: their kernels, their blocks, and the loop over those a store lacks."""
+"""The points of a grid: their kernels, their blocks, and the loop over the missing points."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from sweeps.grid import Grid
 
 
 def compile_kernels(options: Options, grid: Grid) -> None:
-    """Compile or load what the points of a grid need."""
+    """Compile or load the kernels that the points of a grid need."""
     compile_kinds(options, kinds_of(grid))
 
 
 def kinds_of(grid: Grid) -> NDArray[np.float64]:
-    """Return the kinds (n, k) of points that may occur in a grid, as `compile_kinds` takes them.
+    """Return the kinds (n, k) of points that may occur in a grid, for `compile_kinds`.
 
-    Of a coefficient of the free energy it matters only whether it is 0.
+    A coefficient of the free energy matters only by being 0 or not.
     """
     index, *coefficients = (grid.values(name) for name in KIND)
     either = [{value != 0.0: value for value in values}.values() for values in coefficients]
@@ -42,10 +42,10 @@ def kinds_of(grid: Grid) -> NDArray[np.float64]:
 
 
 def compile_first(config: Config, grid: Grid, stop: Stop, *, wanted: bool) -> bool:
-    """Compile what the points need, once, before several workers would begin to.
+    """Compile the kernels once, before several workers would begin to.
 
-    Returns False where a stop was requested meanwhile; where it is `wanted`, it is said that this
-    takes time. The workers of a cluster compile for themselves.
+    Returns False if a stop was requested in the meantime. If `wanted` is true, a message says that
+    compiling takes time. The workers of a cluster compile for themselves.
     """
     if config.execution.scheduler:
         return True
@@ -57,9 +57,10 @@ def compile_first(config: Config, grid: Grid, stop: Stop, *, wanted: bool) -> bo
 def order_of(
     grid: Grid, done: NDArray[np.bool_], workers: Workers, block_points: int | None = None
 ) -> Order:
-    """Cut what is not done (size,) into blocks: of points, or of lines where an axis is followed.
+    """Cut the points not done (size,) into blocks: of points, or of lines of a followed axis.
 
-    They have `block_points`, where that is given, and last some seconds else; lines are whole.
+    Blocks have `block_points` points if that is given, else they take some seconds; lines stay
+    whole.
     """
     if grid.followed:
         return Lines(grid.lines(), done, workers.slots)
@@ -76,12 +77,12 @@ def missing_blocks(
     counts: Counts,
     stop: Stop,
 ) -> Iterator[Block]:
-    """Compute what a store lacks of the points (size,) that are needed, and yield their blocks.
+    """Compute the needed points (size,) that a store lacks, and yield their blocks.
 
-    Each block is to be kept in the store before the next one is taken. Of a refined grid what to
-    compute follows, round by round, from what was computed; the last block is what was
-    interpolated, and has no processor. After a request to stop the blocks in flight still come.
-    Raises ExecutorError.
+    The caller puts each block into the store before it takes the next one. On a refined grid each
+    round's points depend on the values of earlier rounds; the last block has the interpolated
+    points, and no processor. After a request to stop, the blocks in flight still come. Raises
+    ExecutorError.
     """
     options, refinement = options_of(config), refinement_of(config.refine, grid)
     most = config.execution.block_points
@@ -99,7 +100,7 @@ def missing_blocks(
             most=most,
         )
         for block in blocks:
-            # A line is computed as a whole where one of its points is missing.
+            # If one point of a line is missing, the whole line is computed.
             fresh = int(np.count_nonzero(~store.done[block.indices]))
             counts.costs.learn(fresh, block.seconds)
             yield block

@@ -1,4 +1,4 @@
-"""What a sweep is to compute, and the finished points of files and journals that it has to."""
+"""The target of a sweep, and the finished points of earlier files and journals."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from sweeps.exits import StorageError
 from sweeps.files.attributes import data_sha256, seal_key
 from sweeps.files.journal import Journal
 from sweeps.files.netcdf import DAMAGE
-from sweeps.files.outputs import WAYS_OUT as WAYS_OUT  # handed on
-from sweeps.files.outputs import RefusalError as RefusalError
+from sweeps.files.outputs import WAYS_OUT
+from sweeps.files.outputs import RefusalError as RefusalError  # its released name is here
 from sweeps.files.result_chunks import (
     Digests,
     columns_in,
@@ -75,13 +75,13 @@ class Part:
 
     @property
     def suffix(self) -> str:
-        """The part as a suffix of a file name."""
+        """The suffix that a file name gets for this part."""
         return f"part-{self.number}-of-{self.of}"
 
     def points(self, grid: Grid) -> NDArray[np.bool_]:
-        """Return which points of a grid (grid.size,) belong to it.
+        """Return which points of a grid (grid.size,) belong to this part.
 
-        The points of a followed line need each other and stay together.
+        The points of a followed line need each other, so they stay together.
         """
         if not grid.followed:
             return np.asarray(np.arange(grid.size) % self.of == self.number - 1)
@@ -92,7 +92,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Target:
-    """The target of a sweep: the config, all that follows from it, and perhaps a part of it."""
+    """The target of a sweep: a config, what follows from it, and the part to compute, if any."""
 
     config: Config
     grid: Grid
@@ -102,9 +102,9 @@ class Target:
 
     @classmethod
     def of(cls, config: Config, part: Part | None = None) -> Target:
-        """Return what this config asks for.
+        """Return the target of a config.
 
-        Raises RefusalError for parts of a refined grid, PulledError for a block that is pulled.
+        Raises RefusalError for a part of a refined grid, PulledError for a block that is pulled.
         """
         refuse_pull(config.simulation.drive)
         if part is not None and config.refine is not None:
@@ -117,32 +117,32 @@ class Target:
 
     @property
     def points(self) -> int:
-        """The number of points that are to be computed, or one less in a part."""
+        """The number of points to compute; for a part it may be one too few."""
         return self.grid.size // (self.part.of if self.part else 1)
 
     @cached_property
     def needed(self) -> NDArray[np.bool_]:
-        """Flags (grid.size,) of the points that are to be computed."""
+        """Flags (grid.size,) of the points to compute."""
         return self.part.points(self.grid) if self.part else np.broadcast_to(True, self.grid.size)
 
     @cached_property
     def sha256(self) -> str:
-        """The hash of its config."""
+        """The hash of the config."""
         return self.config.sha256()
 
     @cached_property
     def keys(self) -> PointKeys:
-        """The keys of its points."""
+        """The keys of the grid's points."""
         return PointKeys(self.grid, self.settings)
 
 
 @dataclass(frozen=True)
 class ExistingPoints:
-    """Finished points, in the grid that they were computed in.
+    """Finished points, in the grid in which they were computed.
 
-    `points` gives their numbers (n,) and result rows (n, columns), without the interpolated ones;
-    `foreign` names the variables that a user added, `part` the part of the grid that they make up,
-    if they are one, `sample` how they were drawn, if they were.
+    `points` yields their numbers (n,) and result rows (n, columns), without interpolated points;
+    `foreign` names the variables that a user added, `part` the part of the grid, if they are one,
+    and `sample` how they were drawn, if they were.
     """
 
     name: str
@@ -157,15 +157,15 @@ class ExistingPoints:
     sample: str = ""
 
     def fits(self, target: Target) -> bool:
-        """Return whether the points are what the target would compute again."""
+        """Return whether the target would compute the same rows."""
         return self.settings == target.settings
 
     def differences(self, target: Target) -> list[str]:
-        """Return one line for each setting in which the points differ from what is asked for."""
+        """Return a line for each setting in which the points differ from the target."""
         return differences(self.settings, target.settings)
 
     def warnings(self, target: Target) -> list[str]:
-        """Return a line for values of the new grid that nearly are old ones, and one for losses."""
+        """Return warnings: of new values almost equal to old ones, of variables to be lost."""
         lines = []
         if near := near_duplicates(self.grid, target.grid):
             listed = "; ".join(near[:_NAMED]) + ("; ..." if len(near) > _NAMED else "")
@@ -181,16 +181,16 @@ class ExistingPoints:
         return lines
 
     def carried(self, target: Target) -> Points:
-        """Yield the points that a target has too, by their numbers there."""
+        """Yield the points that the target also has, with their numbers there."""
         keys = PointKeys(self.grid, self.settings)
         for indices, rows in self.points():
             numbers = target.keys.find(keys.of(indices))
             yield numbers[numbers >= 0], rows[numbers >= 0]
 
     def refuse_lost_points(self, target: Target) -> None:
-        """Raise RefusalError if finished points have no place in the grid of a target.
+        """Raise RefusalError if the grid of the target lacks finished points.
 
-        On a followed line they may have another key there: then they are computed anew.
+        On a followed line a point may have another key there; then it is computed again.
         """
         keys, lost, example = PointKeys(target.grid, self.settings, alone=True), 0, None
         for indices, _ in self.points():
@@ -209,7 +209,7 @@ class ExistingPoints:
             )
 
     def refuse_differences(self, target: Target) -> None:
-        """Raise RefusalError if the points are not what the target would compute again."""
+        """Raise RefusalError if the target has other settings."""
         if not self.fits(target):
             changed = "\n  ".join(self.differences(target))
             raise RefusalError(
@@ -220,9 +220,8 @@ class ExistingPoints:
 def found_in_file(path: Path) -> ExistingPoints:
     """Return the finished points of a result file.
 
-    Raises RefusalError if the file is no result of a sweep, was computed by another numerics
-    version or carries no seal, StorageError where it cannot be read or its numbers are not those of
-    its seal.
+    Raises RefusalError if the file is not the result of a sweep, was computed by another numerics
+    version or has no seal; StorageError if it cannot be read or its numbers do not match its seal.
     """
     require_readable(path)
     try:
@@ -241,7 +240,7 @@ def found_in_file(path: Path) -> ExistingPoints:
     chunks = Chunks(grid.shape)
     try:
         sound = data_sha256(key, digests_of(path, chunks)) == seal
-    except DAMAGE:  # found by a checksum within the file
+    except DAMAGE:  # a checksum within the file does not match
         sound = False
     if not sound:
         raise _damaged(path)
@@ -262,11 +261,10 @@ def found_in_file(path: Path) -> ExistingPoints:
 def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
     """Return the finished points of the journal of an unfinished sweep.
 
-    Raises RefusalError if its config cannot be read, StorageError where the journal cannot.
+    Raises RefusalError if its config cannot be read, StorageError if the journal cannot.
     """
     config = _config_of(lambda: manifest["config"], path)
     grid = Grid.from_config(config)
-
     settings, chunks = settings_of(config), Chunks(grid.shape)
 
     def points() -> Points:
@@ -289,7 +287,7 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
 
 
 def seal_note(path: Path) -> str:
-    """Return a sentence where a sweep's result does not hold what its seal says, else nothing."""
+    """Return a sentence if a sweep's result does not match its seal, else an empty text."""
     try:
         found_in_file(path)
     except StorageError:
@@ -302,7 +300,7 @@ def seal_note(path: Path) -> str:
 def _refuse_other_file(
     path: Path, variables: Container[str], attributes: Mapping[str, str]
 ) -> None:
-    """Raise RefusalError if a file holds no points that a sweep of this version can take."""
+    """Raise RefusalError if a sweep of this version cannot use the points of a file."""
     if "config" not in attributes or "status" not in variables:
         raise RefusalError(f"{path} exists and is not a result of a sweep; {WAYS_OUT}")
     version = attributes.get("numerics_version", "none")
@@ -328,7 +326,7 @@ def _damaged(path: Path) -> StorageError:
 
 
 def _described(file: netCDF4.Dataset) -> dict[str, Any]:
-    """Return the config of a result file, its axes taken from the coordinates that it holds."""
+    """Return the config of a result file, with the axes of its coordinates."""
     written = dict(config_without_axes(file.config, "config"))
     axes_of_file = [dim for dim in file["status"].dimensions if dim in PARAMETERS]
     parameters = [name for name in file.variables if name in PARAMETERS]
@@ -350,9 +348,9 @@ def _config_of(described: Callable[[], dict[str, Any]], path: Path) -> Config:
 
 
 def _points_of_file(path: Path, chunks: Chunks, seal: str, key: bytes) -> Points:
-    """Yield the points of a file; at the end raises StorageError if the seal has others.
+    """Yield the points of a file; raises StorageError at the end if they do not match the seal.
 
-    The file was sound when it was opened, but much time may have passed.
+    The file was sound when it was first read, but it may have changed since.
     """
     try:
         with open_file(path) as file:

@@ -1,4 +1,4 @@
-"""One result out of several of the same config: the parts that the jobs of an array computed."""
+"""One result from several of the same config, such as the parts from an array of jobs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from stickslip.keys import checksums
 from sweeps.engine.existing import (
-    WAYS_OUT,
     ExistingPoints,
     Part,
     RefusalError,
@@ -24,7 +23,7 @@ from sweeps.engine.sweep import JournaledResult, Outcome
 from sweeps.exits import StorageError
 from sweeps.files.atomic import fingerprint, storage_errors
 from sweeps.files.journal import Journal
-from sweeps.files.outputs import Outputs
+from sweeps.files.outputs import WAYS_OUT, Outputs
 from sweeps.files.result_chunks import contents
 from sweeps.files.result_rows import Rows
 from sweeps.files.run_folder import RunFolder
@@ -39,13 +38,13 @@ def merge(
 ) -> Outcome:
     """Write the points of several results of one config into one result.
 
-    It is the file that one sweep would have written; points that several files hold must be equal.
-    Where the output is that file already it stays as it is. Memory takes nine bytes a point, and
-    what a chunk of a file needs.
+    The output is the file that one sweep would have written; points in several files must be equal.
+    If the output is that file already, it stays as it is. The merge needs nine bytes of memory per
+    point, and one chunk of a file.
 
-    Raises RefusalError if the files differ in more than in which points they hold, where points
-    are missing and `partial` does not allow it, or where the output exists and is not to be
-    replaced; StorageError and InUseError.
+    Raises RefusalError if the files differ in anything but their points, if points are missing and
+    `partial` is false, or if the output exists and may not be replaced; StorageError and
+    InUseError.
     """
     request = {"merged": [fingerprint(path) for path in inputs], "partial": partial}
     outputs = Outputs([output], request, overwrite=overwrite, inputs=inputs, compares=True)
@@ -67,7 +66,7 @@ def _write(
     manifest |= {"sample": sources[0].sample}  # the config in a file has the drawn values
     points = _agreeing(sources, target.grid.size)
     with storage_errors(f"cannot write into {folder.path}", folder.path):
-        # Not the journal of a sweep: a merge that is killed is given again, not resumed.
+        # Not under the name of a sweep's journal: a killed merge is repeated, not resumed.
         journal = Journal.create(folder.merged, manifest, target.keys, target.chunks)
     with closing(journal):
         with storage_errors(f"cannot write into {folder.path}", folder.path):
@@ -85,7 +84,7 @@ def _write(
 
 
 def _source(path: Path) -> ExistingPoints:
-    """Return the points of a file, whose complaints know no output."""
+    """Return the points of an input; its errors leave out the options for an output."""
     if not path.exists():
         raise StorageError(RunFolder(path).absence())
     try:
@@ -95,7 +94,7 @@ def _source(path: Path) -> ExistingPoints:
 
 
 def common_target(sources: list[ExistingPoints], first: Path) -> Target:
-    """Return what all sources are results of; raises RefusalError if that is not one thing."""
+    """Return the target of all sources; raises RefusalError if they have different targets."""
     target = Target.of(sources[0].config)
     if target.config.refine is not None:
         raise RefusalError(
@@ -133,14 +132,14 @@ def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indice
 
 
 def _checksums(rows: Rows) -> NDArray[np.uint64]:
-    """Return the checksum (n,) of each row (n, columns), as of a record without a key."""
+    """Return the checksum (n,) of each row (n, columns), as in a record without a key."""
     records = np.zeros((len(rows), rows.shape[1] + 3), dtype=np.uint64)
-    records[:, 2:-1] = np.where(np.isnan(rows), np.nan, rows).view(np.uint64)  # of equal NaNs
+    records[:, 2:-1] = np.where(np.isnan(rows), np.nan, rows).view(np.uint64)  # one NaN for all
     return checksums(records)
 
 
 def _missing_parts(sources: list[ExistingPoints]) -> str:
-    """Return which parts are missing, where the files are parts of one array; else nothing."""
+    """Return the missing parts as text; empty if the files are not parts of one array."""
     try:
         parts = {Part.parse(found.part) for found in sources}
     except ValueError:

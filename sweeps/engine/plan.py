@@ -26,17 +26,18 @@ from sweeps.files.journal import BYTES_PER_POINT
 from sweeps.files.result_chunks import RESULT_BYTES_PER_POINT
 from sweeps.grid import Grid
 
-_FEW = 16  # points of a block of the first pilot
-_MOMENT = 3.0  # seconds that the second one may take
+_FEW = 16  # points per block of the first pilot
+_MOMENT = 3.0  # seconds that the second pilot may take
 
 
 @dataclass(frozen=True)
 class Plan:
     """The estimated size and time of a sweep.
 
-    `there` of the `points` are computed already; the rest takes `seconds` on the given workers,
-    compiling left aside; the relative standard error of that is `uncertainty`. Of a refined grid
-    that is all of it, and the coarse points alone take `least_seconds`, the same elsewhere.
+    `there` of the `points` exist already. The rest takes `seconds` on the given workers, without
+    compiling, with the relative standard error `uncertainty`. On a refined grid that is the time
+    for all points, and `least_seconds` is the time for the coarse points alone; on other grids the
+    two are equal.
     """
 
     points: int
@@ -53,11 +54,12 @@ class Plan:
 def plan(
     config: Config, output: Path, compiling: Compiling = SILENT, part: Part | None = None
 ) -> Plan:
-    """Return what a sweep, or a part of it, would take; nothing of a pilot sample is kept.
+    """Return the estimate for a sweep or a part of it; the pilot sample is not kept.
 
-    `compiling` says that kernels are compiled.
+    `compiling` shows that kernels are being compiled.
 
-    Raises what the sweep would refuse, as `intention` does, and ExecutorError.
+    Raises the errors with which the sweep would refuse to begin, as `intention` does, and
+    ExecutorError.
     """
     wanted, execution = intention(config, output, part), config.execution
     target, done = wanted.target, ~wanted.missing
@@ -90,9 +92,9 @@ def plan(
 
 
 def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Workers) -> Costs:
-    """Return the costs of few points or, where that takes a moment only, of blocks of a sweep.
+    """Return the costs of a few points or, if time permits, of blocks as large as in a sweep.
 
-    Few points do not keep the lanes of a kernel busy, and seem to cost more.
+    A few points do not fill the lanes of a kernel, so each seems to cost more.
     """
 
     def costs_in_blocks_of(points: int) -> Costs:

@@ -1,7 +1,7 @@
-"""The progress of a sweep, and what a person sees of it and of other long computations.
+"""The progress of a sweep, and how a person sees it and other long computations.
 
-A bar on a terminal, plain lines in a log, a bar under the cell of a notebook. Nothing here decides
-anything: where it cannot be written, it is lost.
+A terminal shows a bar, a log gets plain lines, and a notebook a bar under its cell. Nothing here
+affects a computation: what cannot be written is lost.
 """
 
 from __future__ import annotations
@@ -25,21 +25,20 @@ if TYPE_CHECKING:
     from IPython.display import HTML
     from rich.progress import Progress
 
-_FRAMES_PER_SECOND = 4.0  # so that elapsed seconds are not skipped
+_FRAMES_PER_SECOND = 4.0  # so that no elapsed second is skipped
 
 SECONDS_BETWEEN_LINES = 5.0
-"""So often a log gets a line; while nothing is done ever fewer, down to one a minute."""
+"""The time between two lines of a log; it grows to a minute while no point is finished."""
 _MOST_LINES_LEFT_OUT = 12
 
-# Compiled code is loaded in less, and nothing flashes.
-MOMENT = 1.5  # seconds
+MOMENT = 1.5  # seconds; loading compiled code takes less, and no message flashes up
 
-_GONE_SECONDS = 1.0  # a terminal that blocks is not waited for
-SOON = 5.0  # seconds in flight that are not worth a word
+_GONE_SECONDS = 1.0  # how long to wait for a terminal that blocks
+SOON = 5.0  # seconds in flight from which on a line gives the age of the oldest block
 
 
 class Scene(Protocol):
-    """What is shown: `done` of a `goal` that may be None, a `headline` and an `outlook`."""
+    """What a display shows: `done` of a `goal`, which may be None, `headline` and `outlook`."""
 
     @property
     def done(self) -> int: ...  # noqa: D102 - a protocol
@@ -52,7 +51,7 @@ class Scene(Protocol):
 
 
 class Display:
-    """Shows a scene while something takes long, as a context manager; this one shows nothing."""
+    """Shows a scene during a long computation; a context manager. This class shows nothing."""
 
     def __enter__(self) -> Self:
         self.start()
@@ -69,25 +68,25 @@ class Display:
 
 
 def display_of(scene: Scene, *, wanted: bool = True) -> Display:
-    """Make the display that suits where the messages go (the standard error)."""
+    """Return the display that suits the stream of messages, standard error."""
     if not wanted:
         return Display()
     if is_in_notebook():
         return _InNotebook(scene)
-    # Where messages go to a terminal on which they can be replaced.
-    on_terminal = sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
+    can_replace_lines = os.environ.get("TERM") not in ("dumb", "unknown")
+    on_terminal = sys.stderr.isatty() and can_replace_lines
     return _OnTerminal(scene) if on_terminal else _InLog(scene)
 
 
 def is_in_notebook() -> bool:
-    """Return whether an IPython kernel runs this, whose pages show HTML."""
+    """Return whether this runs in an IPython kernel, whose pages show HTML."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
     return shell is not None and hasattr(shell, "kernel")
 
 
 class _InLog(Display):
-    """A line every few seconds, without control characters; fewer while nothing is done."""
+    """A line every few seconds, without control characters; fewer while no point is finished."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self._over = scene, threading.Event()
@@ -99,7 +98,7 @@ class _InLog(Display):
         self._over.set()
 
     def _keep_saying(self) -> None:
-        if self._scene.goal is None:  # nothing else says what goes on
+        if self._scene.goal is None:  # nothing else tells the reader what is going on
             self._say()
         done, left_out, patience = self._scene.done, 0, 0
         while not self._over.wait(SECONDS_BETWEEN_LINES):
@@ -120,9 +119,9 @@ class _InLog(Display):
 
 
 class _OnTerminal(Display):
-    """A bar with the headline, and a line with the outlook; they are drawn anew all the time.
+    """A bar with the headline and a line with the outlook, drawn again several times a second.
 
-    Without a goal it is a spinner, of which nothing stays on the terminal.
+    Without a goal it is a spinner, which disappears at the end.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -162,7 +161,7 @@ class _OnTerminal(Display):
 
 
 class _InNotebook(Display):
-    """Progress as HTML under the cell of a notebook; what has no goal leaves nothing behind."""
+    """Progress as HTML under the cell of a notebook; without a goal it disappears at the end."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -198,13 +197,13 @@ class _InNotebook(Display):
 
 
 class Compiling:
-    """Says that kernels are compiled, where that takes longer than a moment; a context manager.
+    """Says that kernels are being compiled if that takes longer than a moment; a context manager.
 
-    The first run of a version takes a minute for it. Nothing is said where it is not `wanted`.
+    The first run of a version compiles for a minute. Unless `wanted` is true, nothing is shown.
     `stop` clears the message at any time.
     """
 
-    # It is a scene itself, of unknown length.
+    # An object of this class is its own scene, of unknown length.
     done: ClassVar[int] = 0
     goal: ClassVar[None] = None
     outlook: ClassVar[str] = ""
@@ -234,25 +233,25 @@ class Compiling:
 
     @property
     def headline(self) -> str:
-        """The reason for waiting, and the time so far."""
+        """The reason for the wait, and how long it has taken so far."""
         elapsed = clock(time.monotonic() - self._begun)
         return f"compiling for this processor: up to a minute, and kept for later runs ({elapsed})"
 
 
 SILENT = Compiling(wanted=False)
-"""Says nothing."""
+"""Shows nothing."""
 
 
 class Counts:
     """The progress of a sweep of `total` points, and its remaining time.
 
-    How many points are finished, and how they ended, is asked of the `store` that keeps them; here
-    is counted what this run has added, and what it cost.
+    The `store` that keeps the points knows how many are finished and how they ended; this class
+    counts the points that this run has added, and what they cost.
     """
 
     def __init__(self, total: int, store: Journal | Memory) -> None:
         self.total = total
-        self.goal = total  # of what is known to be needed: less while a grid is refined
+        self.goal = total  # points known to be needed: fewer while a grid is refined
         self.costs = Costs()
         self.in_flight = InFlight()
         self._store = store
@@ -261,48 +260,48 @@ class Counts:
         self._stop = Stop()
 
     def begin(self, slots: Callable[[], int], stop: Stop | None = None) -> None:
-        """Start the clock, after compiling; `slots` tells how many workers there are now."""
+        """Start the clock after compiling; `slots` returns the current number of workers."""
         self._slots, self._stop = slots, stop or self._stop
         if not self.computed:
             self._begun = time.monotonic()
 
     @property
     def computed(self) -> int:
-        """Points that this run has finished."""
+        """The number of points that this run has finished."""
         return self.costs.points
 
     @property
     def done(self) -> int:
-        """Points that are finished, by this run or before."""
+        """The number of points finished by this run or before it."""
         return int(self._store.statuses.sum())
 
     @property
     def left(self) -> int:
-        """Points that are not finished."""
+        """The number of points not yet finished."""
         return self.total - self.done
 
     @property
     def failed(self) -> int:
-        """Finished points that are not ok."""
+        """The number of finished points without a result."""
         return failures(self._store.statuses)
 
     @property
     def seconds(self) -> float:
-        """Seconds since this run began to compute."""
+        """The time since this run began to compute, in seconds."""
         return time.monotonic() - self._begun
 
     @property
     def rate(self) -> float:
-        """Points a second, of this run."""
+        """Points per second in this run."""
         return self.computed / max(self.seconds, 1e-9)
 
     @property
     def seconds_left(self) -> float | None:
-        """The time until this run ends, on the workers of now.
+        """The time until this run ends, in seconds, with the current number of workers.
 
-        None while it is not known: before the first block is there, and where the last ones take
-        longer than those before. Blocks in flight count as partly done: without news it falls, or
-        stays.
+        None while it is unknown: before the first block is finished, and when the last blocks take
+        longer than earlier ones. Blocks in flight count as partly done, so that the time never
+        grows while no block comes back.
         """
         if not self.computed:
             return None
@@ -314,7 +313,7 @@ class Counts:
         return max((cost * ahead - spent) / slots, *rest, 0.0) or None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the same for a heartbeat."""
+        """Return the progress as a dict for the heartbeat."""
         statuses, left = self._store.statuses.copy(), self.seconds_left
         statuses[Status.PENDING] = self.total - statuses.sum()
         return tally(statuses) | {
@@ -334,7 +333,7 @@ class Counts:
 
     @property
     def outlook(self) -> str:
-        """Rate, remaining time and points in flight as text, as far as they are known."""
+        """Rate, remaining time and points in flight as text, if they are known."""
         in_flight = in_flight_text(self.in_flight)
         parts = ["stopping"] if self._stop.reason and in_flight else []
         if self.computed:
@@ -345,7 +344,7 @@ class Counts:
 
 
 def in_flight_text(in_flight: InFlight) -> str:
-    """Return it as text, as in `512 points in flight, the oldest for 1:03`; nothing for none."""
+    """Return text such as `512 points in flight, the oldest for 1:03`; empty if there are none."""
     ages = in_flight.ages
     if not ages:
         return ""
@@ -355,7 +354,7 @@ def in_flight_text(in_flight: InFlight) -> str:
 
 
 def stop_text(in_flight: InFlight) -> str:
-    """Say what a stop waits for, and what it gives up; nothing where neither is."""
+    """Return what a stop waits for and what it gives up, as text; empty if neither exists."""
     awaited = in_flight.awaited
     lost = in_flight.points - awaited.points
     given_up = f"giving up {counted(lost, 'point')} that may take minutes, for the next run"

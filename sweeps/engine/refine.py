@@ -1,11 +1,12 @@
 """Refinement: axes computed coarsely first, then finer only where it matters.
 
-The refined axes are cut into cells of 2^levels steps. Of each cell the corners and the middle are
-computed; where they disagree the cell is halved along each axis, down to single steps. What is left
-is interpolated. A cell is looked at again whenever a neighbour has computed a value on its border.
+The refined axes are cut into cells of 2^levels steps. The corners and the middle of each cell are
+computed; if they disagree, the cell is halved along each axis, down to single steps. The remaining
+points are interpolated. A cell is judged again whenever a neighbour has computed a value on its
+border.
 
-Which points are computed follows from the values of those computed before, round by round, and from
-nothing else: not from how the rounds were cut into blocks, nor from interruptions.
+Which points are computed depends only on the values computed before, round by round: not on how the
+rounds were cut into blocks, nor on interruptions.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from sweeps.grid import Grid
 Rows = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# What tells kinds of motion apart, and more bits than it needs.
+# The columns that distinguish kinds of motion, with more bits than each needs.
 _KINDS = {
     RESULT_COLUMNS.index(name): bits
     for name, bits in (("status", 8), ("regime", 8), ("orbit_periods", 16), ("melting_count", 31))
@@ -43,7 +44,7 @@ _EXTREMA = [
 _STATUS, _ERROR, _PERIODS = (
     RESULT_COLUMNS.index(n) for n in ("status", "amplitude_error", "periods_integrated")
 )
-# Quantities with an error of their own, in their unit, and where that stands.
+# Columns of quantities that have their own error, and of these errors, in the same unit.
 _STATED = [
     (RESULT_COLUMNS.index(n), RESULT_COLUMNS.index(f"{n}_error"))
     for n in RESULT_COLUMNS
@@ -52,23 +53,24 @@ _STATED = [
 _COUNTED = [i for i, n in enumerate(RESULT_COLUMNS) if RESULTS[n].dtype != "f8"]
 _GOOD = [status for status in Status if status.is_result]
 
-_NO_RESULT = -1  # among the kinds of motion
+_NO_RESULT = -1  # the kind of a point without a result
 
-# An amplitude below this part of the full force of the springs is compared with that part, as in
-# `amplitude_error`.
+# Errors of an amplitude below this fraction of the springs' full force are relative to that
+# fraction, as in `amplitude_error`.
 _FLOOR = 0.01
 
-# What an interpolated value may be off by, in misses of its own cell and of those around it: a
-# middle can be right by accident, and is not where a cell misses most.
+# The error of an interpolated value, in units of the largest miss of its cell and its neighbours: a
+# middle can be right by accident, and a cell may miss more elsewhere than in its middle.
 _SAFETY = 3.0
 
 
 @dataclass
 class _Level:
-    """The cells of one size: those that are looked at, and those of them that are cut.
+    """The cells of one size, with `stride` steps a side.
 
-    `stride` steps a side; arrays (others, cells along each axis). `misses` is the largest part of
-    an amplitude by which a computed value in the cell misses interpolation.
+    The arrays have the shape (slices, cells along each axis): `active` cells exist on this level,
+    `cut` cells are halved; `misses` is the largest miss of interpolation at a computed value in the
+    cell, as a fraction of the amplitude.
     """
 
     stride: int
@@ -78,7 +80,7 @@ class _Level:
 
 
 class Refinement:
-    """Chooses the points of a grid that are computed, and interpolates the others."""
+    """Chooses the points of a grid to compute, and interpolates the others."""
 
     def __init__(self, refine: Refine, grid: Grid) -> None:
         axes = [grid.dims.index(name) for name in refine.axes]
@@ -96,10 +98,10 @@ class Refinement:
         self._levels[-1].active[:] = True
 
     def rounds(self, rows_of: Callable[[], Rows]) -> Iterator[Mask]:
-        """Yield the points (size,) that each round needs; `rows_of` gives the rows so far.
+        """Yield the points (size,) that each round needs; `rows_of` returns the rows so far.
 
-        Rows (size, columns) are NaN where a point is not there. A round is over when all that it
-        needs is there.
+        Rows (size, columns) are NaN for points not computed yet. A round ends when all points that
+        it needs are computed.
         """
         while True:
             needed = self.needed()
@@ -111,14 +113,14 @@ class Refinement:
                 return
 
     def needed(self) -> Mask:
-        """Return the points (size,) that are known to be needed, at first the coarse ones."""
+        """Return the points (size,) known to be needed, at first the coarse ones."""
         self._choose()
         needed = np.zeros(self._numbers.size, dtype=bool)
         needed[self._numbers[self._chosen]] = True
         return needed
 
     def interpolated(self, rows: Rows) -> tuple[NDArray[np.int64], Rows]:
-        """Interpolate what no round has computed: numbers (n,), rows (n, columns)."""
+        """Return the interpolated points: their numbers (n,) and rows (n, columns)."""
         known = ~np.isnan(rows[:, _STATUS])[self._numbers]
         filled = rows[self._numbers]
         for level in reversed(self._levels[1:]):
@@ -129,7 +131,7 @@ class Refinement:
     # --- which points ---
 
     def _choose(self) -> None:
-        """Choose the corners and the middle of each cell that is looked at."""
+        """Choose the corners and the middle of each active cell."""
         for level in self._levels:
             half = level.stride // 2
             offsets = list(itertools.product((0, level.stride), repeat=self._axes))
@@ -137,7 +139,7 @@ class Refinement:
                 self._chosen[self._at(level, offset)] |= level.active
 
     def _cut(self, rows: Rows) -> bool:
-        """Cut the cells whose values disagree; whether there were any."""
+        """Cut the cells whose values disagree; return whether there were any."""
         kinds, amplitudes = self._kinds(rows), rows[:, _AMPLITUDES][self._numbers]
         cut = [self._judge(level, kinds, amplitudes) for level in self._levels[1:]]
         for finer, level, new in zip(self._levels, self._levels[1:], cut, strict=False):
@@ -149,7 +151,7 @@ class Refinement:
         return any(new.any() for new in cut)
 
     def _kinds(self, rows: Rows) -> NDArray[np.int64]:
-        """Return a number for each kind of motion, `_NO_RESULT` for none."""
+        """Return the kinds of motion as numbers, `_NO_RESULT` for points without a result."""
         good, kinds = np.isin(rows[:, _STATUS], _GOOD), np.zeros(len(rows), dtype=np.int64)
         for column, bits in _KINDS.items():
             kinds = (kinds << bits) + np.where(good, rows[:, column], 0).astype(np.int64)
@@ -158,7 +160,7 @@ class Refinement:
     def _judge(
         self, level: _Level, kinds: NDArray[np.int64], amplitudes: NDArray[np.float64]
     ) -> Mask:
-        """Return the cells of a level to be cut now, and note by how much their values miss."""
+        """Return the cells of a level to cut now, and note by how much their values miss."""
         whole = level.active & ~level.cut
         own = kinds[self._at(level, (0,) * self._axes)]
         bad = own == _NO_RESULT
@@ -175,10 +177,10 @@ class Refinement:
             np.maximum(level.misses, np.where(computed, miss, 0.0), out=level.misses)
         return np.asarray(whole & (bad | (level.misses > self._limit)))
 
-    # --- what is left ---
+    # --- interpolated points ---
 
     def _fill(self, level: _Level, filled: Rows) -> None:
-        """Interpolate within the whole cells of a level; finer levels come after, and decide."""
+        """Interpolate within the whole cells of a level; finer levels overwrite it later."""
         whole = level.active & ~level.cut
         if not whole.any():
             return
@@ -208,7 +210,7 @@ class Refinement:
         return self._numbers.ndim - 1
 
     def _at(self, level: _Level, offset: tuple[int, ...]) -> tuple[slice, ...]:
-        """Return the points at an offset from the first corner of each cell, as an index."""
+        """Return an index of the points at this offset from the first corner of each cell."""
         cells = zip(offset, level.active.shape[1:], strict=True)
         s = level.stride
         return (slice(None), *(slice(o, o + s * (n - 1) + 1, s) for o, n in cells))
@@ -216,18 +218,18 @@ class Refinement:
     def _corners(
         self, level: _Level, values: NDArray[np.float64]
     ) -> dict[tuple[int, ...], NDArray[np.float64]]:
-        """Return the values at the corners of each cell, by which end of each axis they lie at."""
+        """Return the values at the corners of each cell, keyed by the end of each axis, 0 or 1."""
         ends = itertools.product((0, 1), repeat=self._axes)
         return {end: values[self._at(level, tuple(level.stride * e for e in end))] for end in ends}
 
 
 def refinement_of(refine: Refine | None, grid: Grid) -> Refinement | None:
-    """Return the refinement of a grid, where it is refined."""
+    """Return the refinement of a grid, None if it is not refined."""
     return Refinement(refine, grid) if refine else None
 
 
 def _floors(grid: Grid) -> NDArray[np.float64]:
-    """Below which amplitudes (size, 2) of stress and force count as this large."""
+    """Return lower bounds (size, 2) for the amplitudes of stress and force in relative errors."""
     points = grid.points(0, grid.size)
     force = _FLOOR * full_forces(points)
     return np.column_stack([force / points[:, _AREA], force])
@@ -236,7 +238,7 @@ def _floors(grid: Grid) -> NDArray[np.float64]:
 def _blend(
     corners: dict[tuple[int, ...], NDArray[np.float64]], offset: tuple[int, ...], stride: int
 ) -> NDArray[np.float64]:
-    """Multilinear interpolation between corners, at an offset from the first one."""
+    """Return the multilinear interpolation between corners, at an offset from the first one."""
     total = np.zeros_like(next(iter(corners.values())))
     for ends, values in corners.items():
         parts = [o / stride if e else 1.0 - o / stride for o, e in zip(offset, ends, strict=True)]
@@ -248,9 +250,9 @@ def _blend(
 def _range_and_error(
     corners: dict[tuple[int, ...], NDArray[np.float64]], value: int, error: int
 ) -> NDArray[np.float64]:
-    """Return the error of what is interpolated in a column: no miss of it is known.
+    """Return the error of interpolated values in a column of which no miss is known.
 
-    What the corners differ by, and the largest error of theirs.
+    It is the range of the corner values plus their largest error.
     """
     values, errors = ([corner[..., c] for corner in corners.values()] for c in (value, error))
     return np.asarray(np.ptp(values, axis=0) + np.max(errors, axis=0))
@@ -259,7 +261,7 @@ def _range_and_error(
 def _part(
     difference: NDArray[np.float64], value: NDArray[np.float64], floor: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return a difference of amplitudes (..., 2) as a part of them, the worse one; 0 for NaN."""
+    """Return the larger relative difference of two amplitudes (..., 2); 0 for NaN."""
     part = np.abs(difference) / np.maximum(np.abs(value), floor)
     return np.asarray(np.nan_to_num(part, nan=0.0).max(axis=-1))
 
@@ -267,10 +269,10 @@ def _part(
 def _one_way_round(
     corners: dict[tuple[int, ...], NDArray[np.float64]],
 ) -> dict[tuple[int, ...], NDArray[np.float64]]:
-    """Return the same corners with their extrema turned to lean to the side of the first corner.
+    """Return the corners, mirrored where needed so that all lean to the side of the first one.
 
-    An asymmetric orbit and its mirror image are the same motion; between the two nothing may be
-    interpolated.
+    An asymmetric orbit and its mirror image are the same motion, but an interpolation between the
+    two would mean nothing.
     """
     lean = [corner[..., _EXTREMA[0]].sum(axis=-1) for corner in corners.values()]
     turned = {}
@@ -284,7 +286,7 @@ def _one_way_round(
 
 
 def _around(misses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the largest miss of each cell and of those around it, in the same slice."""
+    """Return the largest miss of each cell and its neighbours in the same slice."""
     for axis in range(1, misses.ndim):
         padded = np.pad(misses, [(0, 0)] * axis + [(1, 1)] + [(0, 0)] * (misses.ndim - axis - 1))
         sides = [

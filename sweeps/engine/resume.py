@@ -1,4 +1,4 @@
-"""Run, resume and grow are one rule: compute what is asked for and not there yet."""
+"""Run, resume and grow follow one rule: compute the requested points that do not exist yet."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
 from sweeps.human import counted, reason, size_text
 
-# Bytes of memory for each point of a grid: its place in the journal, its status, its key; that of
-# its line too, where an axis is followed; its row several times, where a grid is refined.
+# Bytes of memory for each point of a grid: its place in the journal, its status and its key; on a
+# followed axis also the key of its line; on a refined grid several copies of its row.
 _HELD, _FOLLOWED, _REFINED = 16, 48, 800
 
 
@@ -53,12 +53,12 @@ class ExistingPolicy:
 
 @dataclass(frozen=True)
 class Decision:
-    """What a sweep does with what is there: decided by reading alone, nothing is changed yet.
+    """What a sweep does with existing points; deciding only reads and changes nothing.
 
-    A journal that begins with this `manifest` is continued, in which there are the points of
-    `journal`; those of `file` are to be taken over into it. Without one a journal is begun,
-    `afresh` if it is to replace the output whatever that holds. Where `complete` holds something,
-    the output is exactly what is asked for, and no journal is needed.
+    With a `manifest` the sweep continues its journal, which holds the points of `journal`; it takes
+    over the points of `file`. Without a manifest it begins a journal, `afresh` if the journal will
+    replace the output whatever that contains. If `complete` is set, the output is exactly the
+    requested result, and no journal is needed.
     """
 
     target: Target
@@ -72,12 +72,12 @@ class Decision:
 
     @property
     def sources(self) -> list[ExistingPoints]:
-        """All points that are there."""
+        """All existing points."""
         return [found for found in (self.journal, self.file) if found]
 
     @cached_property
     def there(self) -> NDArray[np.bool_]:
-        """Flags (size,) of the points of the target that are not computed again."""
+        """Flags (size,) of the points of the target that exist already."""
         if self.complete is not None:
             return self.target.needed
         done = np.zeros(self.target.grid.size, dtype=bool)
@@ -92,11 +92,11 @@ class Decision:
 
     @property
     def missing(self) -> NDArray[np.bool_]:
-        """Flags (size,) of the points that would be computed."""
+        """Flags (size,) of the points to compute."""
         return self.target.needed & ~self.there
 
     def begin(self) -> Journal:
-        """Return the journal of this computation, with every point that is there already.
+        """Return the journal of this computation, with every existing point.
 
         Raises StorageError.
         """
@@ -110,18 +110,18 @@ class Decision:
             except BaseException:
                 journal.close()
                 raise
-        self.target.keys.release()  # what is computed from here on has its number
+        self.target.keys.release()  # from here on every point is known by its number
         return journal
 
     def found(self, journal: Journal) -> str:
-        """Return how many points are there and where, in words; nothing without any."""
+        """Return how many points exist and where, as text; empty if there are none."""
         count, names = int(np.count_nonzero(journal.done)), [each.name for each in self.sources]
         if self.manifest is not None and is_of(self.manifest, self.target):
             names[0] = "its journal"
         return f"{count} in {' and '.join(names)}" if count else ""
 
     def warnings(self, journal: Journal) -> list[str]:
-        """Return a line for each thing that looks odd about the points that are there."""
+        """Return a line for each oddity of the existing points."""
         lines = [line for found in self.sources for line in found.warnings(self.target)]
         if journal.damaged:
             lines.append(
@@ -130,23 +130,23 @@ class Decision:
         return lines
 
     def _opened(self) -> Journal:
-        """Return the journal that is continued, or one that is begun."""
+        """Return the journal to continue, or a new one."""
         target, folder = self.target, self.folder
         if self.manifest is not None:
             return opened_journal(target, folder, self.manifest)
         begun = self._manifest(self.afresh)
-        if self.file:  # which is read until the journal holds all of it
+        if self.file:  # the journal does not hold all of it yet
             begun["output"] = None
         return Journal.create(folder.journal, begun, target.keys, target.chunks)
 
     def _take_over(self, journal: Journal) -> None:
-        """Have a journal hold the points of a file, and say what it is the journal of."""
+        """Copy the points of a file into the journal, and note the target in its manifest."""
         if self.file is not None:
             for numbers, rows in self.file.carried(self.target):
                 journal.append(numbers, rows)
-            journal.flush()  # before the manifest says that nothing else is in the file
+            journal.flush()  # before the manifest says that the journal has all of the file
         if self.file is not None or not is_of(journal.manifest, self.target):
-            # What was begun afresh stays so when its config grows, and what is retried is.
+            # `afresh` and `retried` stay as they were when the config grows.
             before = journal.manifest
             journal.note(self._manifest(before["afresh"]) | {"retried": before["retried"]})
 
@@ -160,7 +160,7 @@ def intention(
     part: Part | None = None,
     policy: ExistingPolicy = ExistingPolicy(),
 ) -> Decision:
-    """Return what a sweep of a config into an output would do; nothing is changed.
+    """Return what a sweep of a config into an output would do, without changing anything.
 
     Raises the errors with which the sweep would refuse to begin: RefusalError, PulledError,
     InUseError, StorageError.
@@ -176,17 +176,17 @@ def intention(
 
 
 def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decision:
-    """Return what a sweep does with existing points; `plan`, `status` and the sweep agree.
+    """Return what a sweep does with existing points; `check`, `plan` and `status` use it too.
 
-    An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
-    same command always leads to the end.
+    If an interrupted sweep was begun afresh, the same command with --overwrite resumes it:
+    repeating a command always finishes the sweep.
 
     Raises RefusalError if existing points were computed with other settings or by another
     version, or would be lost; StorageError.
     """
     _require_memory(target)
     if not (folder.output.exists() or folder.journal.exists()):
-        require_room(folder, target.points, target.points)  # before they take memory
+        require_room(folder, target.points, target.points)  # before the points take memory
     nothing = Decision(target, folder, policy)
     if (complete := _complete_already(nothing)) is not None:
         return complete
@@ -194,7 +194,7 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
     try:
         manifest = readable_manifest(folder.journal)
     except StorageError:
-        if not policy.overwrite:  # which drops a damaged journal
+        if not policy.overwrite:  # --overwrite drops a damaged journal
             raise
     afresh = bool(manifest and manifest["afresh"])
     if policy.overwrite:
@@ -218,7 +218,7 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
 
 
 def require_room(folder: RunFolder, left: int, total: int) -> None:
-    """Raise StorageError now rather than after the computation of what is left of the points."""
+    """Raise StorageError if the disk lacks room for `left` more of `total` points."""
     needed = left * BYTES_PER_POINT + total * RESULT_BYTES_PER_POINT + RESULT_BYTES
     free = shutil.disk_usage(folder.nearest).free
     if free < needed:
@@ -230,7 +230,7 @@ def require_room(folder: RunFolder, left: int, total: int) -> None:
 
 
 def _require_memory(target: Target) -> None:
-    """Raise StorageError where the grid alone takes more memory than the machine has."""
+    """Raise StorageError if the grid alone takes more memory than the machine has."""
     each = _REFINED if target.config.refine else _FOLLOWED if target.grid.followed else _HELD
     needed, there = each * target.grid.size, free_memory()
     if needed > there:
@@ -251,7 +251,7 @@ def free_memory() -> float:
 
 @contextlib.contextmanager
 def named_after(output: Path) -> Iterator[None]:
-    """Errors of side files, under the output's name."""
+    """Raise an OSError, which may come from a file beside the output, under the output's name."""
     try:
         yield
     except StorageError:
@@ -264,9 +264,9 @@ def named_after(output: Path) -> Iterator[None]:
 
 
 def _complete_already(nothing: Decision) -> Decision | None:
-    """Return the decision where the output holds exactly what is asked for, else None.
+    """Return the decision if the output is exactly the requested result, else None.
 
-    Raises StorageError if it cannot be read; where it does not fit, `decide` says so.
+    Raises StorageError if the output cannot be read; if it does not fit, `decide` raises.
     """
     target, folder, policy = nothing.target, nothing.folder, nothing.policy
     if policy.overwrite or folder.journal.exists() or not folder.output.exists():
@@ -277,7 +277,7 @@ def _complete_already(nothing: Decision) -> Decision | None:
         return None
     written = contents(folder.output, target.chunks)
     pending = bool(written.statuses[Status.PENDING])
-    if pending and target.part is not None:  # those of other parts may be
+    if pending and target.part is not None:  # points of other parts may be pending
         done = np.zeros(target.grid.size, dtype=bool)
         for indices, _ in found.points():
             done[indices] = True
@@ -288,21 +288,21 @@ def _complete_already(nothing: Decision) -> Decision | None:
 
 
 def is_of(manifest: Manifest, target: Target) -> bool:
-    """Return whether a journal is that of a target, and not of points of it alone."""
+    """Return whether a journal belongs to exactly this target, not just to points of it."""
     return bool(manifest["sha256"] == target.sha256)
 
 
 def _may_have_more(output: Path, manifest: Manifest | None) -> bool:
-    """Return whether an output may have points that a journal does not have."""
+    """Return whether an output may have points that a journal lacks."""
     if manifest is None:
         return output.exists()
     return not manifest["afresh"] and output.exists() and manifest["output"] != fingerprint(output)
 
 
 def _refuse_another_part(manifest: Manifest, target: Target, output: Path) -> None:
-    """Raise RefusalError if a part of a sweep would end one that was begun from scratch.
+    """Raise RefusalError if a part of a sweep would end a sweep that was begun from scratch.
 
-    The output would be replaced by what the journal and this part hold, though it may hold more.
+    The journal and this part would replace the output, though the output may hold more points.
     """
     begun, part = manifest.get("part", ""), _name_of_part(target)
     unfinished = manifest["afresh"] and not manifest["finished"]
@@ -321,7 +321,7 @@ def _name_of_part(target: Target) -> str:
 def opened_journal(
     target: Target, folder: RunFolder, manifest: Manifest, *, readonly: bool = False
 ) -> Journal:
-    """Open the journal of a target, without the failed points that are to be computed again."""
+    """Open the journal of a target, without the failed points that a retry computes again."""
     keys, chunks = target.keys, target.chunks
     journal = Journal.open(folder.journal, manifest, keys, chunks, readonly=readonly)
     forget_failures(journal, target)
@@ -329,10 +329,10 @@ def opened_journal(
 
 
 def forget_failures(journal: Journal, target: Target) -> None:
-    """Count as not there what had failed when its points were asked for again."""
+    """Drop the points that had failed when a retry was requested."""
     if count := journal.manifest["retried"]:
         failed = journal.failures_before(count) & target.needed
-        if target.grid.followed:  # what follows a failed point is computed anew with it
+        if target.grid.followed:  # the points after a failed one are computed again with it
             failed = lines_of(target.grid, np.flatnonzero(failed))
         journal.forget(failed)
 
@@ -340,7 +340,7 @@ def forget_failures(journal: Journal, target: Target) -> None:
 def manifest_of(
     target: Target, output: Path, sources: Sequence[ExistingPoints], *, afresh: bool
 ) -> Manifest:
-    """Return what a journal says of its computation, and of where its points come from."""
+    """Return the manifest of a journal: its computation, and the origin of its points."""
     return {
         "sha256": target.sha256,
         "config": target.config.resolved(),
@@ -358,7 +358,7 @@ def manifest_of(
 
 
 def lines_of(grid: Grid, points: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which points (grid.size,) lie on a line with one of these."""
+    """Return which points (grid.size,) share a line with one of these points."""
     lines, chosen = grid.lines(), np.zeros(grid.size, dtype=bool)
     chosen[points] = True
     chosen[lines] = chosen[lines].any(axis=1, keepdims=True)
@@ -366,13 +366,12 @@ def lines_of(grid: Grid, points: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def state_of(output: Path) -> dict[str, Any]:
-    """Return how the sweep to this output stands; a running sweep is not disturbed.
+    """Return the state of the sweep to this output, without disturbing it if it is running.
 
     `state` is running, stopping, interrupted (its journal can be resumed), partial (a file with
-    pending points), complete or absent; the counts are those of `tally`. A file that holds a part
-    of a sweep, or is to hold it, adds `part`, and the counts are those of its points. A running
-    sweep adds what its heartbeat says. Raises StorageError and RefusalError if what is there
-    cannot be read.
+    pending points), complete or absent; the counts are those of `tally`. A part of a sweep adds
+    `part` and counts only its own points. A running sweep adds its heartbeat. Raises StorageError
+    and RefusalError if existing files cannot be read.
     """
     refuse_odd_output(output)
     folder, found = RunFolder(output), {"output": str(output)}
@@ -389,7 +388,7 @@ def state_of(output: Path) -> dict[str, Any]:
     elif output.exists():
         existing = found_in_file(output)
         part, statuses = existing.part, contents(output, Chunks(existing.grid.shape)).statuses
-        if part:  # which is written where exactly its points are there
+        if part:  # a file has this attribute only if exactly the part is finished
             statuses[Status.PENDING] = 0
         state = "partial" if statuses[Status.PENDING] else "complete"
     else:

@@ -41,7 +41,7 @@ log = logging.getLogger(__name__)
 
 
 class StoppedError(ExpectedError, RuntimeError):
-    """A sweep into a file that ended early; the same call goes on from there."""
+    """A sweep into a file has ended early; the same call resumes it."""
 
     code = Exit.STOPPED
 
@@ -60,12 +60,13 @@ def run(
 ) -> xr.Dataset:
     """Return the result of a sweep, the same as on the command line.
 
-    Without `output` nothing is written and nothing outlives an interruption. With it the call does
-    what `stickslip sweep -o` does: it computes what the file, or the journal of an interrupted run,
-    does not have yet.
+    Without `output` nothing is written, and an interruption loses everything. With `output` the
+    call works like `stickslip sweep -o`: it computes the points that the file, or the journal of an
+    interrupted run, lacks.
 
-    In memory, `joblib.parallel_config(backend=..., n_jobs=...)` decides where it is computed, as
-    for other packages that use joblib, then `execution` in the config, by default threads.
+    In memory, `joblib.parallel_config(backend=..., n_jobs=...)` decides where points are computed,
+    as for other packages that use joblib; after it comes `execution` in the config, by default
+    threads.
 
     >>> ds = run({"sweep": {"T": [200, 250], "omega": [10, 12]}})
     >>> ds.friction_force_amplitude.dims
@@ -76,33 +77,33 @@ def run(
     source
         A YAML file, a dict of the same shape, or a Config.
     output
-        The NetCDF file to write, resume or grow. `output` in the config is left to the command
-        line.
+        The NetCDF file to write, resume or grow. `output` in the config serves the command line
+        only.
     workers
-        Threads or processes, counted as joblib's `n_jobs` (-1: all cores); by default what
-        `parallel_config` says, then what the config says.
+        Threads or processes, counted like joblib's `n_jobs` (-1: all cores); the default is that
+        of `parallel_config`, then that of the config.
     backend, scheduler
-        Where to compute, 'threads' or another name that `execution.backend` of a config may have,
-        and the address of a dask scheduler, instead of those of the config.
+        Where to compute, 'threads' or another value of `execution.backend` in a config, and the
+        address of a dask scheduler; they take precedence over the config.
     progress
-        Show how far it is: a bar on a terminal and in a notebook, lines elsewhere.
+        Show the progress: a bar on a terminal and in a notebook, lines elsewhere.
     on_block
-        Called, in the calling thread, with each block of points as it is finished, in any order;
-        in memory only.
+        Called in the calling thread with each finished block of points, in any order; in memory
+        only.
     overwrite, retry_failed
-        What to do with existing results of `output`, as the options of `stickslip sweep`.
+        How to treat existing results in `output`, as the options of `stickslip sweep` do.
 
     Raises
     ------
     ConfigError
-        The config has problems; all of them are named.
+        The config has problems; the message names all of them.
     ExecutorError
-        The workers that are asked for cannot be had.
+        The requested workers are not available.
     RuntimeError
         Points were lost on the way.
     RefusalError, StorageError, StoppedError, KeyboardInterrupt
-        With `output`: existing results do not fit; it cannot be read or written; the sweep ended
-        early and can be resumed, by Ctrl-C the last.
+        With `output`: existing results do not fit; the file cannot be read or written; the sweep
+        ended early and can be resumed, in the last case after Ctrl-C.
     TypeError, ValueError
         An unknown argument, or an invalid value.
     """
@@ -126,7 +127,10 @@ def run(
 def _execution(
     configured: Execution, workers: int | None, backend: str | None, scheduler: str | None
 ) -> Execution:
-    """Return the section `execution` with what arguments say instead; raises ConfigError."""
+    """Return the section `execution` with the arguments in place of its values.
+
+    Raises ConfigError.
+    """
     backend = backend or (None if scheduler is None else "dask")
     if workers is not None and workers < 0:
         workers = joblib.effective_n_jobs(workers)
@@ -143,7 +147,7 @@ def _run_into(config: Config, output: Path, policy: ExistingPolicy, progress: bo
     def say(line: str) -> None:
         warns = line.startswith("warning")
         if progress or warns:
-            # A notebook shows the standard error as if something were wrong.
+            # A notebook shows standard error as if something had gone wrong.
             stream = sys.stderr if warns or not is_in_notebook() else sys.stdout
             Messages(stream).write(f"{printable(line)}\n")
 
@@ -167,9 +171,9 @@ def run_in_memory(
     progress: bool = False,
     on_block: Callable[[Block], None] | None = None,
 ) -> xr.Dataset:
-    """Compute a sweep; returns its result, as the command line would write it to a file.
+    """Return the result of a sweep as the command line would write it; nothing is written.
 
-    Nothing is written. Arguments and errors are those of `sweeps.run`.
+    Arguments and errors are those of `sweeps.run`.
     """
     rows = compute(config, workers=workers, progress=progress, on_block=on_block)
     return result_dataset(config, Grid.from_config(config), rows)
@@ -182,10 +186,10 @@ def compute(
     progress: bool = False,
     on_block: Callable[[Block], None] | None = None,
 ) -> Rows:
-    """Compute a sweep; returns the result rows (size, columns) of its points.
+    """Return the result rows (size, columns) of a sweep's points.
 
-    `workers` are counted as joblib's `n_jobs`, or are given ones that are ready. Where points are
-    lost on the way, it raises RuntimeError.
+    `workers` is counted like joblib's `n_jobs`, or is an executor ready for use. Raises
+    RuntimeError if points are lost on the way.
     """
     refuse_pull(config.simulation.drive)
     grid = Grid.from_config(config)

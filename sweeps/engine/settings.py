@@ -1,4 +1,4 @@
-"""Configs as the engine reads them: with checks that need the physics, as options, of results."""
+"""Configs in the engine: checked with the physics, as options of the kernels, of results."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SOURCE = "the config of this result"
 _AXES = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
 
 CHUNK = 100_000
-"""Points to look at together, for a stable one."""
+"""How many points are checked at a time for a stable step."""
 
 
 def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Config:
@@ -39,8 +39,8 @@ def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str]
 def config_without_axes(text: str, source: str = SOURCE) -> Mapping[str, Any]:
     """Return the config in a result without its axes; raises ConfigError.
 
-    They may be many numbers, which the YAML parser would take long to read. The last one is kept: a
-    report asks for many points of one result.
+    Axes may be many numbers, for which the YAML parser takes long. The last config is cached,
+    because a report asks for many points of one result.
     """
     return read_mapping(_AXES.sub("", text), source)
 
@@ -48,7 +48,7 @@ def config_without_axes(text: str, source: str = SOURCE) -> Mapping[str, Any]:
 def options_of(config: Config) -> Options:
     """Return the options of a config for `compute_orbits`.
 
-    Raises ConfigError for a law that is not the one of its identity here.
+    Raises ConfigError if the friction law here does not have the identity that the config names.
     """
     for key, message in changed_law(config):
         raise ConfigError([Problem("", None, key, message)])
@@ -68,7 +68,7 @@ def options_of(config: Config) -> Options:
 
 
 def coarse_step(config: Config) -> Iterator[str]:
-    """Yield warnings of a fixed step that is unstable for some points, or inaccurate."""
+    """Yield a warning if a fixed step is unstable for some points, or inaccurate."""
     if not _has_fixed_step(config):
         return
     dt, largest = config.integrator.dt, _largest_steps(config, Grid.from_config(config), 0)
@@ -86,7 +86,7 @@ def coarse_step(config: Config) -> Iterator[str]:
 
 
 def changed_law(config: Config) -> Iterator[tuple[str, str]]:
-    """Yield a complaint about a law that is not here, breaks a promise, or is another one."""
+    """Yield a complaint if a friction law is missing, breaks a promise, or has changed."""
     try:
         friction_law(_law_name(config.film))
     except LawError as error:
@@ -94,7 +94,7 @@ def changed_law(config: Config) -> Iterator[tuple[str, str]]:
 
 
 def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
-    """Yield a complaint about a fixed step that is unstable for every point of the config."""
+    """Yield a complaint if a fixed step is unstable for every point of the config."""
     if not _has_fixed_step(config) or any(changed_law(config)):
         return
     grid, largest = Grid.from_config(config), 0.0
@@ -111,7 +111,7 @@ def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
 
 
 def missing_scheduler(config: Config) -> Iterator[tuple[str, str]]:
-    """Yield a complaint where a config asks for a cluster and does not say which."""
+    """Yield a complaint if a config asks for a cluster without naming one."""
     if config.execution.backend == "dask" and config.execution.scheduler is None:
         yield (
             "execution.backend",

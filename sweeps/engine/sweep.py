@@ -1,4 +1,4 @@
-"""A sweep on disk: finished work is kept, and the same command always resumes it."""
+"""A sweep on disk: finished points are kept, and the same command always resumes the sweep."""
 
 from __future__ import annotations
 
@@ -40,23 +40,23 @@ from sweeps.human import counted, reason
 
 
 class LostPointsError(ExpectedError, RuntimeError):
-    """Points that were handed out and never came back."""
+    """Workers were given points that never came back."""
 
     code = Exit.STOPPED
 
 
-_RECOVERIES = 3  # times that a journal may be damaged while it is in use
+_RECOVERIES = 3  # how often a journal may be damaged while it is in use
 
 
 @dataclass(frozen=True)
 class Outcome:
     """The outcome of a sweep, or of a part of one.
 
-    `statuses` (128,) counts the points of each status, `computed` those that this run added;
-    `worst_error` and `statistical_error` are those of `Written`.
-    `suspicious` counts points whose power balance, and whose stress, looks wrong without being
-    impossible. `stopped` is the exit code where it ended early, with `reason`. A merged result is
-    `complete` if it was there already.
+    `statuses` (128,) counts the points of each status, `computed` the points that this run added;
+    `worst_error` and `statistical_error` are those of `Written`. `suspicious` counts points whose
+    power balance, and whose stress, looks wrong without being impossible. If the sweep ended early,
+    `stopped` is the exit code, and `reason` says why. A merged result is `complete` if it existed
+    already.
     """
 
     output: Path
@@ -79,7 +79,7 @@ class Outcome:
 
     @property
     def failures(self) -> int:
-        """The number of points that ended, but not ok."""
+        """The number of finished points without a result."""
         return failures(self.statuses)
 
 
@@ -95,20 +95,20 @@ def sweep(
     keep_journal: bool = False,
     part: Part | None = None,
 ) -> Outcome:
-    """Compute the points of a config that are not there yet, and write the result.
+    """Compute the missing points of a config, and write the result.
 
     Finished blocks are kept in `<output>.run/` until the result is complete; the same call resumes
-    a sweep that ended early, for whatever reason. A finished result gets the points that a grown
-    config adds.
+    a sweep that ended early, for whatever reason. A grown config adds its new points to a finished
+    result.
 
-    `say` prints a line; with `progress` it is shown how far the sweep is. `stop` ends it early, as
-    signals do. `partial` computes nothing and writes what is there, the rest with the status
-    `pending`. `keep_journal` leaves the journal beside a complete result. `part` computes part of
-    the points; the others stay `pending` where they are not there already.
+    `say` prints a line; `progress` shows how far the sweep is. `stop` ends it early, as signals do.
+    `partial` computes nothing and writes the existing points, the others with the status `pending`.
+    `keep_journal` leaves the journal beside a complete result. `part` computes part of the points;
+    the others stay `pending` unless they exist already.
 
-    Raises RefusalError if a refined grid is to be computed in parts, or where what is there does
-    not fit and no option decides, InUseError where another run holds the output, StorageError, and
-    ExecutorError where the workers cannot be had or were lost; what is finished is kept.
+    Raises RefusalError for parts of a refined grid, and if existing results do not fit and no
+    option decides; InUseError if another run holds the output; StorageError; ExecutorError if the
+    workers are not available or are lost. Finished points are kept.
     """
     refuse_odd_output(output)
     target, folder, stop = Target.of(config, part), RunFolder(output), stop or Stop()
@@ -139,7 +139,7 @@ def sweep(
                 try:
                     written = result.write()
                 except DamagedRecordError:
-                    # What was damaged since the journal was opened counts as not computed.
+                    # Points damaged since the journal was opened count as not computed.
                     lost = counted(journal.recover(), "point")
                     forget_failures(journal, target)
                     say(
@@ -158,7 +158,7 @@ def sweep(
 
 
 def _announcement(decision: Decision, journal: Journal, counts: Counts) -> Iterator[str]:
-    """Yield what exists already, what looks odd about it, and what is to be computed."""
+    """Yield warnings about existing points, and a line of what exists and what is missing."""
     for warning in decision.warnings(journal):
         yield f"warning: {warning}"
     target = decision.target
@@ -182,7 +182,7 @@ def _stopped(recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
 
 
 def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
-    """Return how a sweep ended; `missing` counts the points that it was to compute and lacks."""
+    """Return how a sweep ended; `missing` counts the points of the target that it lacks."""
     statuses = written.statuses.copy()
     statuses[Status.PENDING] = missing
     return Outcome(
@@ -197,9 +197,9 @@ def _ended(target: Target, output: Path, written: Written, missing: int) -> Outc
 def _export(
     target: Target, folder: RunFolder, policy: ExistingPolicy, before: list[int] | None
 ) -> Outcome:
-    """Write what is there, and leave the journal for the rest.
+    """Write the finished points, and leave the journal for the rest.
 
-    Raises RefusalError where that is nothing, or less than there is.
+    Raises RefusalError if there are none, or if the output would lose points.
     """
     output, manifest = folder.output, readable_manifest(folder.journal)
     if manifest is None and not output.exists():
@@ -230,14 +230,14 @@ class JournaledResult:
     before: list[int] | None
 
     def try_writing(self) -> None:
-        """Write it without its numbers, and take it away: better to fail before the sweep."""
+        """Write it without numbers, and remove it: an error is better before the sweep."""
         target = self.target
         try_writing(target.grid, target.chunks, self.attributes(), self.folder.result)
 
     def write(self, path: Path | None = None) -> Written:
-        """Write it with what the journal holds, the rest `pending`; to `path` if it is made aside.
+        """Write the points of the journal, the rest as `pending`, to the output or to `path`.
 
-        An output that has changed since the sweep began is left alone.
+        An output that has changed since the sweep began is not replaced.
         """
         output = path or self.folder.output
         if path is None and fingerprint(output) != self.before:
@@ -275,7 +275,7 @@ class JournaledResult:
 
 
 class Recorder:
-    """Computes what a journal lacks, and takes in the blocks as they are finished."""
+    """Computes the points that a journal lacks, and records the finished blocks."""
 
     def __init__(
         self,
@@ -291,7 +291,7 @@ class Recorder:
         self._counts, self._stop, self._say, self._progress = counts, stop, say, progress
 
     def compute(self, needed: NDArray[np.bool_]) -> None:
-        """Compute what the journal lacks of the points (size,) that are needed, unless stopped.
+        """Compute the needed points (size,) that the journal lacks, unless stopped.
 
         Raises StorageError if the journal cannot be written, ExecutorError.
         """
@@ -314,7 +314,7 @@ class Recorder:
             self._record(missing_blocks(config, grid, needed, journal, executor, counts, stop))
 
     def outcome(self, written: Written, **ending: Any) -> Outcome:
-        """Return how the sweep ended, with what this run has done."""
+        """Return how the sweep ended, with the numbers of this run."""
         return replace(
             _ended(self._target, self._folder.output, written, missing=self._counts.left),
             computed=self._counts.computed,
@@ -325,7 +325,7 @@ class Recorder:
         )
 
     def _beat(self) -> dict[str, object]:
-        """Return what the heartbeat says."""
+        """Return the contents of the heartbeat."""
         state = "stopping" if self._stop.reason else "running"
         backend = self._target.config.execution.backend
         return self._counts.as_dict() | {"state": state, "backend": backend}
@@ -340,12 +340,12 @@ class Recorder:
                 self.journal.flush()
         except StorageError:
             self._stop.request("the journal could not be written")
-            for _ in blocks:  # what is in flight cannot be kept any more
+            for _ in blocks:  # blocks in flight can no longer be kept
                 pass
             raise
 
     def take_in(self, block: Block) -> None:
-        """Write what a block has computed to the journal, and pass on its messages."""
+        """Write the points of a block to the journal, and pass on its messages."""
         with self._journaling():
             self._note_processor(block.processor)
             self.journal.append(block.indices, block.results)
@@ -365,7 +365,7 @@ class Recorder:
             ) from error
 
     def _note_processor(self, processor: str) -> None:
-        """Note a kind of processor that has not computed anything of this sweep before."""
+        """Note a type of processor that is new to this sweep."""
         manifest = self.journal.manifest
         known = list(manifest.get("processors", []))
         if not processor or processor in known:

@@ -38,12 +38,12 @@ if TYPE_CHECKING:
 _SUMMARY = "Time courses of a block that is driven through a boundary lubricant film"
 
 
-# A pull that is over at once, by the same kernels.
+# A very short pull, which needs the same kernels.
 _MOMENT = Simulation(drive=Drive(velocity=1e-9), duration=1e-12, samples=2)
 
 
 class AxisLeftError(ExpectedError, ValueError):
-    """A trajectory was asked of a config that still has an axis; the message says which `--set`."""
+    """A trajectory needs a config without axes; the message gives the `--set` to choose a point."""
 
     def __init__(self, config: Config) -> None:
         choices = [f"--set {name}={values[0]!r}" for name, values in config.sweep.items()]
@@ -60,8 +60,8 @@ def trajectory(
 ) -> xr.Dataset:
     """Return the trajectory that a config without axes describes.
 
-    `compiling` says that kernels are compiled. `start` is a state (x, v, ln phi) to start from
-    instead of what `simulation.start` names.
+    `compiling` shows that kernels are being compiled. `start` is a state (x, v, ln phi) to start
+    from, in place of `simulation.start`.
 
     Raises AxisLeftError, and what `stickslip.simulate` raises.
     """
@@ -77,7 +77,7 @@ def trajectory(
 def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     """Return one trajectory for each value of the only axis of a config, along (axis, sample).
 
-    `elapsed_time` becomes a coordinate along both, because drive periods differ.
+    `elapsed_time` becomes a coordinate along both dimensions, because drive periods differ.
     """
     import xarray as xr
 
@@ -98,12 +98,12 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     return add_provenance(together, config, config.title or "Trajectories", _SUMMARY)
 
 
-# Of a force that changes by more than this part within the last tenth of a run, more is to come.
+# A force that changes by more than this fraction in the last tenth of a run is not steady yet.
 _STEADY = 1e-3
 
 
 def pull_summary(ds: xr.Dataset) -> Iterator[str]:
-    """Yield a summary of the motion of a pulled block; nothing for other trajectories."""
+    """Yield the lines of a summary of a pulled block's motion, none for other trajectories."""
     about = ds.attrs
     if about.get("motion") == "stick-slip":
         yield f"stick-slip: a melting every {about['slip_period']:.6g} s"
@@ -121,7 +121,7 @@ def pull_summary(ds: xr.Dataset) -> Iterator[str]:
 
 
 def compile_trajectory_kernels(config: Config) -> None:
-    """Compile or load what `simulate` needs: a trajectory of no steps calls the same kernels."""
+    """Compile or load the kernels of `simulate`: a trajectory of no steps calls them all."""
     if config.simulation.drive:
         _simulated(config.model_copy(update={"simulation": _MOMENT}), config.parameters())
         return

@@ -13,17 +13,17 @@ from sweeps.executor_table import EXECUTORS
 
 
 def make_executor(execution: Execution) -> Executor:
-    """Make the executor that a config asks for; entering it may raise ExecutorError."""
+    """Return the executor that a config names; entering it may raise ExecutorError."""
     module = import_module(f"{__name__}.{EXECUTORS[execution.backend].module}")
     executor: Executor = module.executor_for(execution)
     return executor
 
 
 def workers_of(execution: Execution, jobs: int | None = None) -> Workers:
-    """Make the workers that `joblib.parallel_config` names, else those that a config asks for.
+    """Return the workers that `joblib.parallel_config` names, else those that a config names.
 
-    `jobs` are counted as joblib's `n_jobs`; left out, they are those of `parallel_config`, else
-    those of the config.
+    `jobs` is counted like joblib's `n_jobs`; the default is that of `parallel_config`, else that
+    of the config.
     """
     jobs = next(number for number in (jobs, named_jobs(), execution.slots) if number is not None)
     if named := named_workers(jobs):

@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 
 
 class AddressError(ExpectedError, ExecutorError):
-    """An address at which no scheduler will ever answer this process."""
+    """An address at which no scheduler can ever answer this process."""
 
 
 ANSWER_SECONDS = 5.0  # for a scheduler to answer
@@ -44,8 +44,8 @@ _KIND = [Parameters._fields.index(name) for name in KIND]
 class ClusterExecutor(Executor):
     """Computes tasks on the workers of a cluster."""
 
-    # Handing a block to a worker over a network, and getting its result back, takes a tenth of a
-    # second: blocks that last longer make it vanish.
+    # Sending a block to a worker and getting its result back takes a tenth of a second. Longer
+    # blocks make that negligible.
     block_seconds = 3.0
 
     def __init__(self, address: str) -> None:
@@ -58,13 +58,14 @@ class ClusterExecutor(Executor):
     def __enter__(self) -> Self:
         _import_distributed()
         try:
-            # The client's own limit ends with the connection, which the system of a frozen
-            # scheduler accepts; so it is made in a thread that is not waited for.
+            # The client's own time limit ends with the connection, which the operating system
+            # accepts even for a frozen scheduler. So a thread makes the client, and we give up
+            # waiting for it.
             self._client = in_thread(partial(_connected, self._address)).result(CONNECT_SECONDS)
         except AddressError:
             raise
         except Exception as error:
-            # A bare TimeoutError is that of the thread.
+            # An error without text is the TimeoutError of the thread.
             problem = first_line(error) if str(error) else f"no answer in {CONNECT_SECONDS:g} s"
             raise ExecutorError(
                 f"no dask scheduler answers at {self._address} ({problem})"
@@ -77,17 +78,17 @@ class ClusterExecutor(Executor):
             self._client.close(timeout=ANSWER_SECONDS)
 
     def most_in_flight(self) -> int:
-        """Return two for each thread that the cluster has at present."""
+        """Return two tasks for each thread that the cluster has now."""
         self._count()
         return super().most_in_flight()
 
     def submit(self, task: Task) -> Future[Block]:
         """Hand a task to the cluster.
 
-        Not through `Client.get_executor()`: its futures never end when the result of a finished
-        task cannot be fetched, as when the connection is lost at that moment.
+        `Client.get_executor()` will not do: if the connection is lost just before the result of a
+        finished task is fetched, its future never ends.
         """
-        import asyncio  # takes a hundredth of a second, of every command
+        import asyncio  # here, since the import would cost every command a hundredth of a second
 
         handle = self._client.submit(
             pickle.loads, pickle.dumps(SealedTask(compute_on_cluster, task)), pure=False
@@ -96,7 +97,7 @@ class ClusterExecutor(Executor):
         return asyncio.run_coroutine_threadsafe(fetched, self._client.loop.asyncio_loop)
 
     def is_deserted(self) -> bool:
-        """Return whether no worker is connected at present; warns when that begins."""
+        """Return whether no worker is connected now; warn when the last one leaves."""
         deserted = self._count() == 0
         if deserted and not self._warned:
             log.warning("no worker is connected to %s; waiting for one", self._address)
@@ -106,8 +107,8 @@ class ClusterExecutor(Executor):
     def result(self, future: Future[Block]) -> Block:
         """Return the block of a finished task.
 
-        Raises WorkersLostError if the task has outlived as many workers as the scheduler allows,
-        WorkerMismatchError, and ExecutorError where the connection was lost or the worker has no
+        Raises WorkersLostError if the task has cost as many workers as the scheduler allows,
+        WorkerMismatchError, and ExecutorError if the connection is lost or the worker lacks
         stickslip.
         """
         from distributed import KilledWorker
@@ -134,11 +135,11 @@ class ClusterExecutor(Executor):
         return block
 
     def _count(self) -> int:
-        """Count the threads of all workers, as last heard."""
+        """Return the number of threads of all workers, at most two seconds old."""
         now = time.monotonic()
         if now - self._counted >= _COUNT_SECONDS:
             self._counted = now
-            self._threads = 0  # for a scheduler that does not answer, too: it may be frozen
+            self._threads = 0  # also if the scheduler does not answer: it may be frozen
             with contextlib.suppress(OSError, TimeoutError):
                 threads = self._client.sync(
                     self._client.scheduler.ncores, callback_timeout=ANSWER_SECONDS
@@ -149,7 +150,7 @@ class ClusterExecutor(Executor):
 
 
 def _connected(address: str) -> Any:
-    """Return a client of a scheduler; raises what speaks against that."""
+    """Return a client of a scheduler; raises the error of a failed connection."""
     import asyncio
 
     from distributed import Client
@@ -169,12 +170,12 @@ def _connected(address: str) -> Any:
             raise
         await comm.close()
 
-    asyncio.run(reach())  # first, since a client that fails over it cannot be closed
+    asyncio.run(reach())  # first, since a client that fails to connect cannot be closed
     return Client(address, timeout=ANSWER_SECONDS, set_as_default=False)
 
 
 def _certified(address: str) -> dict[str, Any]:
-    """Return how to connect; raises AddressError where an encrypted scheme lacks certificates."""
+    """Return arguments to connect; raises AddressError if encryption lacks certificates."""
     from distributed.security import Security
 
     why = "there are none"
@@ -193,8 +194,9 @@ def _certified(address: str) -> dict[str, Any]:
 class SealedTask:
     """A task whose pickled bytes become its block when a worker loads them.
 
-    The scheduler never loads them and needs no stickslip; a worker without one fails in computing
-    the task, with a message that comes back, rather than in reading a message of the scheduler.
+    The scheduler never loads the bytes, so it does not need stickslip. A worker without stickslip
+    fails while computing the task, and its error comes back; it would otherwise fail while reading
+    a message of the scheduler.
     """
 
     def __init__(self, compute: Callable[[Task], Block], task: Task) -> None:
@@ -207,7 +209,7 @@ class SealedTask:
 def compute_on_cluster(task: Task) -> Block:
     """Compute a task on a machine where the kernels may not have been compiled yet.
 
-    One process compiles them; the others wait for it, and load what it has cached.
+    One process compiles them; the others wait, and load them from the cache.
     """
     refuse_other_code(task)
     with contextlib.ExitStack() as stack:
@@ -219,16 +221,16 @@ def compute_on_cluster(task: Task) -> Block:
 
 
 def executor_for(execution: Execution) -> Executor:
-    """Make the executor of the scheduler that the config names; raises ExecutorError."""
+    """Return the executor of the scheduler that the config names; raises ExecutorError."""
     if execution.scheduler is None:
         raise ExecutorError("`backend: dask` needs the address of a scheduler")
     return ClusterExecutor(execution.scheduler)
 
 
 def _import_distributed() -> None:
-    """Import dask with its log silenced, because every failure it would log is raised here too.
+    """Import dask with its log silenced, since this module raises every failure that it logs.
 
-    Where it was imported before, its log stays as it is. Raises ExecutorError.
+    If dask was imported before, its log stays as it is. Raises ExecutorError.
     """
     try:
         import dask

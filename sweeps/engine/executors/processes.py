@@ -18,7 +18,7 @@ from sweeps.config.schema import Execution
 class ProcessExecutor(Executor):
     """Computes tasks in processes that joblib's loky starts.
 
-    The pool of the standard library would run the user's `__main__` again in each of them.
+    The standard library's pool would run the user's `__main__` again in each process.
     """
 
     def __init__(self, workers: int) -> None:
@@ -29,7 +29,7 @@ class ProcessExecutor(Executor):
         self._shut_down(kill=exception[0] is not None)
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
-        """Yield the finished blocks; a pool that lost a process is given up for a new one."""
+        """Yield the finished blocks; a pool that has lost a process is replaced by a new one."""
         try:
             yield from super().blocks(tasks, stop)
         except WorkersLostError:
@@ -41,7 +41,7 @@ class ProcessExecutor(Executor):
         self._shut_down(kill=True)
 
     def submit(self, task: Task) -> Future[Block]:
-        """Hand a task to a process; the first one starts them. Raises WorkersLostError."""
+        """Hand a task to a process; the first task starts them all. Raises WorkersLostError."""
         try:
             with children_started():
                 future: Future[Block] = self._started().submit(compute_block, task)
@@ -68,5 +68,5 @@ class ProcessExecutor(Executor):
 
 
 def executor_for(execution: Execution) -> Executor:
-    """Make as many processes as the config has workers."""
+    """Return an executor with as many processes as the config has workers."""
     return ProcessExecutor(execution.slots)

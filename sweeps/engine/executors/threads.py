@@ -8,5 +8,5 @@ from sweeps.config.schema import Execution
 
 
 def executor_for(execution: Execution) -> Executor:
-    """Make as many threads as the config has workers."""
+    """Return an executor with as many threads as the config has workers."""
     return ThreadExecutor(execution.slots)
