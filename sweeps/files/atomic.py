@@ -1,4 +1,4 @@
-"""Files that are written completely or not at all, and errors of the disk."""
+"""Files written completely or not at all, and errors of the disk."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def replacing(
     follow: bool = True,
     like: Path | None = None,
 ) -> Iterator[Path]:
-    """Give the body a temporary file to write, which afterwards replaces `path`.
+    """Give the body a temporary file to write, which then replaces `path`.
 
     Whatever happens, `path` is the complete old file or the complete new one; if the body raises,
-    the old one. The temporary file, on the same file system and by default a hidden one beside
-    `path`, is removed in either case. With `fsync` the file survives a power cut. With `follow` a
-    link is kept, and the file that it points to is replaced. Permissions are those of the old file;
-    where there is none, a new file is readable by no more people than the file `like`.
+    it is the old one. The temporary file, on the same file system and by default a hidden one
+    beside `path`, is removed in either case. With `fsync` the new file survives a power cut. With
+    `follow` a link stays, and the file that it points to is replaced. The new file gets the
+    permissions of the old one; if there is none, no more people can read it than the file `like`.
     """
     path = followed(path) if follow else path
     temporary = temporary or beside(path)
@@ -50,7 +50,7 @@ def replacing(
 
 
 def settle_mode(temporary: Path, path: Path, like: Path | None = None) -> None:
-    """Give a file the permissions of that which it replaces; a new one at most those of `like`."""
+    """Give a file the permissions of the one it replaces, or at most those of `like`."""
     if path.is_file() and not path.is_symlink():
         temporary.chmod(stat.S_IMODE(path.stat().st_mode) & 0o666)
     elif like is not None:
@@ -58,12 +58,12 @@ def settle_mode(temporary: Path, path: Path, like: Path | None = None) -> None:
 
 
 def appear(temporary: Path, path: Path) -> None:
-    """Give a finished file its name; raises FileExistsError if another file has it."""
+    """Give a finished file its name; raises FileExistsError if another file has that name."""
     try:
         os.link(temporary, path)
     except FileExistsError:
         raise
-    except OSError:  # a file system without hard links: an empty file keeps the name free for us
+    except OSError:  # a file system without hard links: an empty file reserves the name
         begin_new(path)
         temporary.replace(path)
     else:
@@ -71,23 +71,23 @@ def appear(temporary: Path, path: Path) -> None:
 
 
 def followed(path: Path) -> Path:
-    """Return the end of a chain of links, or a path that is not a link unchanged."""
+    """Return the end of a chain of links; a path that is not a link stays the same."""
     return path.resolve() if path.is_symlink() else path
 
 
 def begin(path: Path) -> None:
-    """Create an empty file of our own, removing anything, even a link, that is there."""
+    """Create an empty file; whatever has this name, even a link, is removed."""
     remove(path)
     begin_new(path)
 
 
 def begin_new(path: Path) -> None:
-    """Create an empty file; raises FileExistsError if anything, even a link, is there."""
+    """Create an empty file; raises FileExistsError if anything, even a link, has this name."""
     os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666))
 
 
 def fingerprint(path: Path) -> list[int] | None:
-    """Return size and time of a file, to tell whether it has changed; None if there is none."""
+    """Return size and time of a file, which show whether it has changed; None if it is missing."""
     try:
         status = path.stat()
     except FileNotFoundError:
@@ -98,7 +98,7 @@ def fingerprint(path: Path) -> list[int] | None:
 def beside(path: Path) -> Path:
     """Return a hidden name in the same folder, unique to this process.
 
-    The files that killed processes of this machine left under such names are removed.
+    Removes the files that killed processes of this machine have left under such names.
     """
     stem = f".{path.name}.{socket.gethostname()}."
     for left in path.parent.glob(f"{glob.escape(stem)}*.tmp"):
@@ -119,7 +119,7 @@ def _is_running(pid: int) -> bool:
 
 
 def remove(path: Path) -> None:
-    """Remove a file if it exists; failing to is ignored, so that it hides no earlier error."""
+    """Remove a file if it exists; a failure is ignored, so that it hides no earlier error."""
     with contextlib.suppress(OSError):
         path.unlink()
 
@@ -138,7 +138,7 @@ def storage_errors(what: str, where: Path | None = None) -> Iterator[None]:
     """Raise failures of the disk as a StorageError, such as `cannot write a.nc: File exists`.
 
     The HDF5 library reports a full disk as a RuntimeError without a reason, or as a missing
-    permission; given `where`, the folder being written to, the message names the real reason.
+    permission; if `where`, the folder being written to, is given, the message has the real reason.
     """
     try:
         yield
@@ -151,7 +151,7 @@ def storage_errors(what: str, where: Path | None = None) -> Iterator[None]:
 
 
 def is_full(folder: Path) -> bool:
-    """Tell whether a folder has next to no space left."""
+    """Return whether a folder has almost no space left."""
     try:
         usage = shutil.disk_usage(folder)
         return usage.total > 0 and usage.free < _LEAST_ROOM  # /proc has no size
@@ -160,7 +160,7 @@ def is_full(folder: Path) -> bool:
 
 
 def refuse_odd_output(output: Path) -> None:
-    """Raise StorageError if the output is something that a file must not replace."""
+    """Raise StorageError if the output is not something that a file may replace."""
     with storage_errors(f"cannot write {output}"):
         if output.is_dir():
             raise StorageError(f"{output} is a folder; -o names a file")
@@ -171,7 +171,7 @@ def refuse_odd_output(output: Path) -> None:
             named = next(f for f in output.parents if f.absolute() == above)
             raise StorageError(f"cannot write {output}: {named} is not a folder")
         if output.is_symlink() and not output.exists():
-            with contextlib.suppress(FileNotFoundError):  # a link to a file that is not there yet
+            with contextlib.suppress(FileNotFoundError):  # a link to a file not made yet
                 output.resolve(strict=True)  # raises where a chain of links ends in itself
             end = followed(output)
             if not end.parent.is_dir():

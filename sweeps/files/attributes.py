@@ -1,4 +1,4 @@
-"""From result rows to the Dataset of a file: names, units, flags, provenance."""
+"""The Dataset of a file, made from result rows: names, units, flags, provenance."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _REGISTERED: Mapping[str, Mapping[str, Any]] = {
     for name, variable in variables.items()
 } | {name: result_attributes(name) for name in RESULTS}
 
-# Attributes that change values on the way to a reader; no file is written with them.
+# Attributes by which a reader changes the values; no file is written with them.
 _DECODED = {
     *("missing_value", "scale_factor", "add_offset", "_Unsigned", "dtype", "calendar"),
     *("valid_min", "valid_max", "valid_range", "flag_masks"),
 }
 
 Place = tuple[tuple[str, ...], NDArray[np.generic]]
-"""Where a coordinate lies, and its values: dimensions, array."""
+"""The dimensions and the values of a coordinate."""
 
 Coordinate = tuple[tuple[str, ...], NDArray[np.generic], dict[str, str]]
 
@@ -85,7 +85,7 @@ def data_sha256(key: bytes, digests: Sequence[str]) -> str:
 
 
 def coordinates(grid: Grid) -> dict[str, Coordinate]:
-    """Return dimensions, values and attributes of a grid's parameters, arrays or single numbers."""
+    """Return dimensions, values and attributes of a grid's parameters, whether varied or fixed."""
     fixed = {name: ((), np.array(value, np.float64)) for name, value in grid.fixed.items()}
     own: dict[str, dict[str, str]] = {
         CASE: {"long_name": "number of the case", "units": "1"},
@@ -124,7 +124,7 @@ def global_attributes(config: Config) -> dict[str, str]:
 
 
 def breaks_of(config: Config, statuses: NDArray[np.int64]) -> dict[str, str]:
-    """Return, as an attribute, how often a followed line had to skip a point without a result.
+    """Return as an attribute how often a followed line had to skip a point without a result.
 
     `statuses` (STATUS_CODES,) counts the points of each status.
     """
@@ -143,16 +143,16 @@ def now() -> str:
 
 
 def command_line() -> str:
-    """Return the command as it was typed, with the name of the program without its path."""
+    """Return the command as the user typed it, without the path of the program."""
     program, *arguments = sys.argv
     return " ".join([program.rsplit("/", 1)[-1], *arguments])
 
 
 def foreign_attributes(name: str, attributes: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what is wrong with attributes of a variable in a file, which would mislead a reader.
+    """Yield what is wrong with a variable's attributes in a file and would mislead a reader.
 
-    Missing ones are no mistake: a Dataset made from a result may have lost them. Nor is an unknown
-    flag, which is that of a later version.
+    Missing attributes are allowed: a Dataset made from a result may have lost them. So are unknown
+    flags: a later version may have added them.
     """
     own = _REGISTERED.get(name)
     if own is None:
@@ -180,7 +180,7 @@ def _foreign_flags(own: Mapping[int, str], found: Mapping[int, str]) -> Iterator
 
 
 def _flags(attributes: Mapping[str, Any]) -> dict[int, str]:
-    """Return the meanings of flags by their values; none where they are not of one length."""
+    """Return the meanings of flags by value; none if the two lists differ in length."""
     values = np.atleast_1d(attributes.get("flag_values", []))
     meanings = str(attributes.get("flag_meanings", "")).split()
     if len(values) != len(meanings) or values.dtype.kind not in "iu":

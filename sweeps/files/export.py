@@ -1,9 +1,9 @@
 """Results as tables, for users without NetCDF: one row per point, CSV or Parquet.
 
-The columns are the coordinates along which points differ, then the variables, with the names and
-units of the file; status and regime are words. The first line holds the names, without comments
-above it, which spreadsheets take for data. Units, meanings and the parameters that are the same in
-all rows are in a second, small table beside a CSV file, or in the metadata of a Parquet file.
+The columns are the coordinates that vary, then the variables, with the names and units of the
+file; status and regime are words. The first line holds the names: spreadsheets would take comments
+above it for data. Units, meanings and the fixed parameters are in a second, small table beside a
+CSV file, or in the metadata of a Parquet file.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 ENDINGS = (".csv", ".parquet")
 
-# Variables with a value for each row: of a sweep, of a trajectory, of borders.
+# Variables with a value for each row, in a sweep, a trajectory or borders.
 _TEMPLATES = ("status", "lower_displacement", "line")
 
 _DESCRIPTION = ["name", "units", "meaning", "fixed_value"]  # the columns of the second table
@@ -37,7 +37,7 @@ class TableError(ExpectedError, ValueError):
 
 
 def files_of(path: Path) -> list[Path]:
-    """Return the files of a table of this name: itself, and the table of columns of a CSV file.
+    """Return the files of a table: the table and, for CSV, the table of its columns.
 
     Raises TableError if the ending is neither .csv nor .parquet, or pyarrow is missing.
     """
@@ -57,7 +57,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
-    """Raise TableError if a Dataset is empty or not a result, trajectory or borders."""
+    """Raise TableError if a Dataset is empty, or is no result, trajectory or set of borders."""
     if not set(_TEMPLATES) & ds.variables.keys():
         raise TableError(
             f"{name} holds neither the result of a sweep nor a trajectory, nor borders"
@@ -67,11 +67,11 @@ def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
 
 
 def tables(ds: xr.Dataset, path: Path) -> dict[Path, Callable[[Path], None]]:
-    """Return what writes the table of a Dataset, read chunk by chunk, for each of its files.
+    """Return for each file of a table the function that writes it, chunk by chunk.
 
-    `ds` is the result of a sweep, or a trajectory, whose samples are the rows, or borders. Floats
-    have all their digits. For points without a result, NaN and the -1 of counts become empty cells.
-    In a CSV file, texts that a spreadsheet would run as a formula begin with an apostrophe.
+    `ds` is the result of a sweep, a trajectory, whose samples are the rows, or borders. Floats have
+    all their digits. For points without a result, NaN and the -1 of counts become empty cells. In a
+    CSV file, texts that a spreadsheet would run as a formula get an apostrophe in front.
 
     Raises TableError as `files_of` does.
     """
@@ -95,7 +95,7 @@ def _write_csv(ds: xr.Dataset, path: Path) -> None:
 
 
 def _quoted(cell: object) -> object:
-    """Return a cell with an apostrophe before what a spreadsheet takes for a formula."""
+    """Return a cell, with an apostrophe in front if a spreadsheet would take it for a formula."""
     formula = isinstance(cell, str) and cell.startswith(("=", "+", "-", "@", "\t", "\r"))
     return f"'{cell}" if formula else cell
 
@@ -114,7 +114,7 @@ def _write_parquet(ds: xr.Dataset, path: Path) -> None:
 
 
 def _with_metadata(schema: pa.Schema, ds: xr.Dataset) -> pa.Schema:
-    """Add units and meanings of the columns, and the global attributes of the file."""
+    """Return a schema with units and meanings of columns, and the file's global attributes."""
     described = _described(ds).set_index("name")
     for place, field in enumerate(schema):
         row = described.loc[field.name]
@@ -144,7 +144,7 @@ def _template(ds: xr.Dataset) -> xr.DataArray:
 
 
 def _columns(ds: xr.Dataset) -> list[str]:
-    """Return the names of what varies by row: axes, other coordinates, variables."""
+    """Return the names of the columns: axes, other coordinates, variables."""
     dims = _template(ds).dims
     along = [str(name) for name in ds.coords if ds[name].ndim and name not in dims]
     names = [*map(str, dims), *along, *map(str, ds.data_vars)]
@@ -152,7 +152,7 @@ def _columns(ds: xr.Dataset) -> list[str]:
 
 
 def _values(variable: xr.DataArray, shape: Mapping[str, int]) -> Any:
-    """Return a column: the values (rows,), repeated along the dimensions that a variable lacks."""
+    """Return a column (rows,), repeated along the dimensions that the variable lacks."""
     missing = {dim: size for dim, size in shape.items() if dim not in variable.dims}
     whole = variable.variable.set_dims(missing | dict(variable.sizes))  # type: ignore[no-untyped-call]
     values = whole.transpose(*shape).values.ravel()
@@ -178,13 +178,13 @@ def _counts(values: np.ndarray, name: str) -> Any:
 
 
 def _unit(variable: xr.DataArray) -> str:
-    """Return the unit for people, who are not bound to what UDUNITS can say."""
+    """Return the unit for people, in a form that UDUNITS may not know."""
     units, known = str(variable.attrs.get("units", "")), PARAMETERS.get(str(variable.name))
     return known.written if known and known.written and known.units == units else units
 
 
 def _described(ds: xr.Dataset) -> pd.DataFrame:
-    """Return the second table: units and meanings of columns, and values of fixed parameters."""
+    """Return the second table: units and meanings of columns, values of fixed parameters."""
     import pandas as pd
 
     fixed = {str(name): ds[name].item() for name in ds.coords if not ds[name].ndim}

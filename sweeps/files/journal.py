@@ -1,13 +1,13 @@
 """The journal of a sweep: its finished points, appended and never changed.
 
-A file of records of one size: the key of a point, its result row, and a checksum over both. A
-record counts wherever its key is asked for, so that nothing is translated when a config grows, and
-the last sound one of a key counts. What is computed stands beside it, as JSON (the manifest). A
-journal is read by the numerics version that began it.
+It is a file of records of equal size: the key of a point, its result row, and a checksum over both.
+A record is valid in every grid that has its key, so nothing is translated when a config grows; of
+several records with one key the last sound one counts. A JSON file beside the journal, the
+manifest, describes the computation. Only the numerics version that began a journal reads it.
 
-A torn write or a damaged byte costs the record that it is in, but no other, and no wrong bytes are
-ever returned. That holds for every read, not only the first: a file can be damaged while it is
-open.
+A torn write or a damaged byte costs the record that contains it and no other, and a read never
+returns wrong bytes. That holds for every read, not only the first: a file can be damaged while it
+is open.
 """
 
 from __future__ import annotations
@@ -38,37 +38,37 @@ Indices = NDArray[np.int64]
 Manifest = dict[str, Any]
 Records = NDArray[np.uint64]
 
-# A record in words of eight bytes: two of the key, the row, and the checksum.
+# A record in words of eight bytes: two for the key, then the row and the checksum.
 _KEY, _ROW, _SUM = slice(0, 2), slice(2, -1), -1
 _WORDS = 2 + len(RESULT_COLUMNS) + 1
 BYTES_PER_POINT = 8 * _WORDS
 
-# Records that are written and read together, which fit into a core's cache; and so many that nobody
-# asked for are read along rather than passed over.
+# The number of records written or read together, which fit into a core's cache; and the largest gap
+# between wanted records that is read rather than skipped.
 _AT_ONCE, _GAP = 1 << 11, 256
 
-_COPIED = 1 << 20  # bytes at a time
+_COPIED = 1 << 20  # bytes copied at a time
 
 SECONDS_BETWEEN_FLUSHES = 0.5
-"""A power cut costs what was finished since the last flush; a killed process costs nothing."""
+"""A power cut costs the points finished since the last flush; a killed process costs none."""
 
-_OLDER = b"\x9fslip\r\n\n"  # begins the journals of versions that kept them otherwise
+_OLDER = b"\x9fslip\r\n\n"  # the first bytes of journals in the format of older versions
 
 _ABSENT = -1
 
 
 class DamagedRecordError(StorageError):
-    """A record that is no longer what was appended."""
+    """A record that differs from the one that was appended."""
 
 
 class Journal:
-    """The finished points of a grid, which has these `keys`, in a file.
+    """The finished points of a grid with these `keys`, in a file.
 
-    `done` (size,) tells which points are there, `statuses` (128,) how many have each status,
-    `chunks` how they are cut, `manifest` what is computed. `damaged` counts the bytes that were
-    passed over when it was opened.
+    `done` (size,) flags the points in the journal, `statuses` (128,) counts those of each status,
+    `chunks` cuts the grid, and `manifest` describes the computation. `damaged` is the number of
+    bytes skipped when the file was opened.
 
-    Interpolated points have no key: they are kept in memory alone, and made again when the file is
+    Interpolated points have no key: they are only kept in memory, and made again after the file is
     opened.
     """
 
@@ -84,7 +84,7 @@ class Journal:
 
     @classmethod
     def create(cls, path: Path, manifest: Manifest, keys: PointKeys, chunks: Chunks) -> Self:
-        """Create a journal without points, in place of an older one; raises OSError."""
+        """Create a journal without points, replacing an older one; raises OSError."""
         begin(path)
         journal = cls.open(path, manifest, keys, chunks)
         try:
@@ -104,7 +104,7 @@ class Journal:
         *,
         readonly: bool = False,
     ) -> Self:
-        """Open the journal in a file; unless `readonly`, a torn end is cut off.
+        """Open the journal in a file and, unless `readonly`, cut off a torn end.
 
         Raises OSError.
         """
@@ -134,7 +134,7 @@ class Journal:
         return int(before - np.count_nonzero(self.done))
 
     def note(self, manifest: Manifest) -> None:
-        """Write a manifest, which replaces the previous one; raises OSError."""
+        """Write a manifest in place of the previous one; raises OSError."""
         text = json.dumps(manifest)
         path = manifest_path(self.path)
         path.parent.mkdir(parents=True, exist_ok=True)  # the folder may have been deleted meanwhile
@@ -143,9 +143,9 @@ class Journal:
         self.manifest = manifest
 
     def append(self, indices: Indices, rows: Rows) -> None:
-        """Record finished points: (n,) numbers and (n, columns) rows; what is there stays.
+        """Record finished points: (n,) numbers and (n, columns) rows; known points stay.
 
-        Raises OSError; then what is noted as done is there, whole.
+        Raises OSError; even then all points in `done` are completely in the file.
         """
         if np.isnan(rows[:, STATUS]).any():
             raise ValueError("a row without a status is no finished point")
@@ -161,14 +161,14 @@ class Journal:
             self.flush()
 
     def forget(self, points: NDArray[np.bool_]) -> None:
-        """Count points (size,) as not there; what is appended of them later takes their place."""
+        """Count points (size,) as missing; records appended later take their place."""
         gone = np.flatnonzero(points & (self._place != _ABSENT))
         for _, rows in self._rows_of(gone):
             self.statuses -= status_counts(rows[:, STATUS])
         self._place[gone], self.done[gone] = _ABSENT, False
 
     def flush(self) -> None:
-        """Flush everything to disk; files that were deleted meanwhile are made again."""
+        """Flush everything to disk; files deleted in the meantime are made again."""
         if not self.path.exists():
             self._put_back()
         os.fsync(self._handle)
@@ -177,8 +177,8 @@ class Journal:
     def chunk(self, number: int) -> Rows:
         """Return the result rows (n, columns) of a chunk, in order; NaN for points not recorded.
 
-        They are valid until the next call: new memory for each would take longer than filling it.
-        Raises DamagedRecordError if a record is no longer what was appended.
+        They are valid until the next call, since allocating memory takes longer than filling it.
+        Raises DamagedRecordError if a record has been damaged.
         """
         first, end = self.chunks.range(number)
         if self._room is None or len(self._room) < end - first:
@@ -194,11 +194,11 @@ class Journal:
         return found
 
     def rows(self) -> Rows:
-        """Return the result rows (size, columns) of all points; NaN where a point is not there."""
+        """Return the result rows (size, columns) of all points; NaN for points not recorded."""
         return np.concatenate([self.chunk(number).copy() for number in range(len(self.chunks))])
 
     def failures_before(self, count: int) -> NDArray[np.bool_]:
-        """Return which points (size,) have no result, by one of the first `count` records."""
+        """Return which points (size,) failed according to the first `count` records."""
         failed = np.zeros(len(self.done), dtype=bool)
         early = np.flatnonzero((self._place != _ABSENT) & (self._place < count))
         ok = [status for status in Status if status.is_result]
@@ -214,7 +214,7 @@ class Journal:
     # --- records ---
 
     def _write(self, indices: Indices, rows: Rows) -> None:
-        """Append records of points; a write that fails is cut off again."""
+        """Append the records of points; the rest of a failed write is cut off."""
         for first in range(0, len(indices), _AT_ONCE):
             part = slice(first, first + _AT_ONCE)
             records = np.empty((len(indices[part]), _WORDS), np.uint64)
@@ -245,7 +245,7 @@ class Journal:
         self.damaged = 0
 
     def _scan(self) -> None:
-        """Find the points of the file; the last record of each counts."""
+        """Find the points in the file; the last record of each counts."""
         length = os.fstat(self._handle).st_size
         self._count, self.damaged = divmod(length, BYTES_PER_POINT)
         status = np.full(len(self.done), Status.PENDING, dtype=np.uint8)
@@ -256,15 +256,15 @@ class Journal:
             places, records = first + np.flatnonzero(sound), records[sound]
             numbers = self._keys.find(records[:, _KEY])
             known = numbers != _ABSENT
-            self._place[numbers[known]] = places[known]  # of equal ones the last is kept
+            self._place[numbers[known]] = places[known]  # of equal numbers the last one stays
             status[numbers[known]] = records.view(np.float64)[known, _ROW][:, STATUS]
         self.done = status != Status.PENDING
         self.statuses += status_counts(status[self.done])
 
     def _rows_of(self, numbers: Indices) -> Iterator[tuple[Indices, Rows]]:
-        """Yield positions in the point numbers (n,), and the rows of those points.
+        """Yield the rows of points, each time with their positions in `numbers` (n,).
 
-        All are yielded, a few at a time, in the order of the file.
+        The points come a few at a time, in the order of the file.
         """
         places = self._place[numbers]
         order = np.argsort(places, kind="stable")
@@ -279,14 +279,14 @@ class Journal:
             yield some, records.view(np.float64)[:, _ROW]
 
     def _gathered(self, places: NDArray[np.int32]) -> Records:
-        """Return the records (n, words) at increasing places (n,); close ones are read together."""
+        """Return the records (n, words) at increasing places (n,), reading close ones together."""
         borders = np.flatnonzero(np.diff(places) > _GAP) + 1
         stretches = np.split(places, borders)
         found = [self._read(int(each[0]), int(each[-1]) + 1)[each - each[0]] for each in stretches]
         return np.concatenate(found) if len(found) > 1 else found[0]
 
     def _read(self, first: int, end: int) -> Records:
-        """Return the records from one number to before another; what is missing is damaged."""
+        """Return the records `first` to `end` - 1; records beyond the end of the file are zeros."""
         room = bytearray((end - first) * BYTES_PER_POINT)
         view, start = memoryview(room), first * BYTES_PER_POINT
         while view and (count := os.preadv(self._handle, [view], start)):
@@ -294,11 +294,11 @@ class Journal:
         return np.frombuffer(room, "<u8").reshape(-1, _WORDS).astype(np.uint64, copy=False)
 
     def _cut(self) -> None:
-        """Cut off what does not make up a record."""
+        """Cut the file after its last complete record."""
         os.ftruncate(self._handle, self._count * BYTES_PER_POINT)
 
     def _put_back(self) -> None:
-        """Write the contents of the open file to its path again, and continue there."""
+        """Write the contents of the open file to its path again, and go on with that file."""
         if not manifest_path(self.path).exists():
             self.note(self.manifest)
         end = self._count * BYTES_PER_POINT
@@ -316,15 +316,15 @@ class Journal:
 
 
 def manifest_path(path: Path) -> Path:
-    """Return where the manifest of a journal is."""
+    """Return the path of a journal's manifest."""
     return path.with_name(f"{path.name}.json")
 
 
 def readable_manifest(path: Path) -> Manifest | None:
     """Return the manifest of a journal; None if there is no journal.
 
-    Raises StorageError if it is damaged or was begun by another numerics version, OSError if
-    it cannot be read.
+    Raises StorageError if the manifest is damaged or the journal was begun by another numerics
+    version, OSError if it cannot be read.
     """
     try:
         handle = _opened(path, readonly=True)
@@ -334,7 +334,7 @@ def readable_manifest(path: Path) -> Manifest | None:
         head = file.read(len(_OLDER))
     text = _written(manifest_path(path))
     if not (head or text):
-        return None  # it was just being created
+        return None  # the journal was just being created
     if head == _OLDER and not text:
         raise _of_another_version(path, "which kept its points in another form")
     digest, _, text = text.partition("\n")
@@ -361,7 +361,7 @@ def _of_another_version(path: Path, what: str) -> StorageError:
 
 
 def _written(path: Path) -> str:
-    """Return the text of a file; nothing where it is missing or no text."""
+    """Return the text of a file, empty if the file is missing or not text."""
     try:
         return path.read_text(encoding="utf-8") if path.is_file() else ""
     except (FileNotFoundError, UnicodeDecodeError):
@@ -369,7 +369,7 @@ def _written(path: Path) -> str:
 
 
 def _opened(path: Path, *, readonly: bool) -> int:
-    """Return the handle of an ordinary file."""
+    """Return a handle of an ordinary file; raises OSError and, for other files, StorageError."""
     # Without O_NONBLOCK, opening a pipe would wait for its other end.
     handle = os.open(path, (os.O_RDONLY if readonly else os.O_RDWR) | os.O_NONBLOCK)
     if not stat.S_ISREG(os.fstat(handle).st_mode):

@@ -1,4 +1,4 @@
-"""NetCDF files as Datasets: those of commands written and read back, any opened and hashed."""
+"""NetCDF files as Datasets: written by commands and read back, opened, hashed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueEr
 def write_checked(
     ds: xr.Dataset, path: Path, groups: Mapping[str, xr.Dataset] = MappingProxyType({})
 ) -> None:
-    """Write `ds` and its groups to a file of our own, and read `ds` back.
+    """Write `ds` and its groups to a temporary file, and read `ds` back.
 
     Raises OSError and RuntimeError.
     """
@@ -45,8 +45,8 @@ def write_checked(
 def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
     """Return the Dataset in a file, loaded if `whole`, else read when accessed.
 
-    Raises StorageError if it is not a readable NetCDF file, or has attributes that would show
-    something else than what was written.
+    Raises StorageError if the file is not readable NetCDF, or if an attribute would make a reader
+    see other values than were written.
     """
     require_readable(path)
     with readable(path):
@@ -57,7 +57,7 @@ def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
 
 
 def _opened(path: Path) -> xr.Dataset:
-    """Return the Dataset in a file, if its attributes are those of variables of their names."""
+    """Return the Dataset in a file, whose attributes must be right for the names of variables."""
     import xarray as xr
 
     file = open_file(path)
@@ -82,7 +82,7 @@ def readable(path: Path) -> Iterator[None]:
     """Raise the errors of reading a damaged file as a StorageError."""
     try:
         yield
-    except (ExpectedError, BrokenPipeError):  # it has its message, or its reader has gone
+    except (ExpectedError, BrokenPipeError):  # has its own message, or no reader
         raise
     except FileNotFoundError:
         raise StorageError(RunFolder(path).absence()) from None
@@ -93,8 +93,8 @@ def readable(path: Path) -> Iterator[None]:
 def content_hash(ds: xr.Dataset) -> str:
     """Return the SHA-256 of all variables, coordinates and attributes except `history`, as hex.
 
-    Files with the same hash are identical in the sense in which results are reproducible: for any
-    number of workers and any size of blocks.
+    Reproducible means an equal hash: it does not depend on the number of workers or the size of
+    blocks.
     """
     digest = hashlib.sha256()
     for name, value in sorted(ds.attrs.items()):
@@ -116,7 +116,7 @@ def _canonical(value: object) -> str:
 
 
 def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:
-    """Return compression for arrays, and fill values only for data that are floats, as in CF."""
+    """Return the encoding: arrays are compressed, and only floats have a fill value, as in CF."""
     encoding: dict[str, dict[str, object]] = {str(name): {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
         packed = {"zlib": True, "complevel": 4, "shuffle": True} if variable.ndim else {}

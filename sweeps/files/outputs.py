@@ -1,9 +1,10 @@
-"""The files of a command that writes: looked at first, made aside, given their names at the end.
+"""The files of a command that writes: checked first, made aside, given their names at the end.
 
-One rule for every command but the sweep, which has a journal. While it holds the lock of its first
-file it looks at all names that it will write; it makes all files in the folder of the lock, notes
-their hashes there, and only then gives them their names, none of which replaces what it must not.
-What a kill left is known by these hashes as ours, and the same command completes it.
+Every command except the sweep, which has a journal, follows one rule. It takes the lock of its
+first file and checks all names that it will write. It makes all files in the folder of the lock and
+notes their hashes there. Only then does it give the files their names, and never replaces a file
+that it must not. If it is killed, the same command recognises the files by their hashes and
+finishes.
 """
 
 from __future__ import annotations
@@ -39,45 +40,45 @@ if TYPE_CHECKING:
     import xarray as xr
 
 WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
-"""What ends a complaint about an output."""
+"""The end of a message about an existing output."""
 
 SEAL = "request_sha256"
-"""The attribute of a file by which the command that wrote it knows it again."""
+"""The attribute of a file by which the command that wrote it recognises it."""
 
-_TRIAL = 1 << 14  # bytes; less may fit into what is left of a block on a full disk
+_TRIAL = 1 << 14  # bytes; fewer may fit into the last block of a full disk
 
 Writer = Callable[[Path], object]
 
 
 class RefusalError(ExpectedError):
-    """Existing results do not fit what is asked for; the message says which option decides."""
+    """Existing results do not fit the request; the message names the option that decides."""
 
 
 class Outputs:
-    """The files that a command writes, in the order in which it names them; one folder holds all.
+    """The files that a command writes, in the order in which it prints them.
 
     Parameters
     ----------
     paths
-        The files. The first is the main one, which is locked, and gets its name last.
+        The files. The first is the main one: it is locked, and gets its name last.
     request
-        What determines their contents, as JSON has it. Where it is left out, the files are quickly
-        made again, and nothing is kept of a command that was killed.
+        The JSON data that determine the contents. Without them the files are quick to make again,
+        and a killed command keeps nothing.
     overwrite
-        Replace what is there.
+        Replace existing files.
     inputs
         Files that must not be written.
     replaces
-        Tells whether a file that is there is an older one of the same kind, made by this program,
-        which is replaced in any case.
+        Returns whether an existing file is an older one of the same kind, made by this program;
+        such a file is always replaced.
     like
-        A file by whose permissions new ones are restricted.
+        New files get at most the permissions of this file.
     compares
-        Make the files even where they are there, to see whether they would be the same. Left out:
-        tables and texts; a NetCDF file knows the request that it was written for, so that no
-        minutes of work are begun in vain.
+        Make the files even if they exist, to see whether they would be the same. By default only
+        for tables and texts: a NetCDF file holds the request that it was written for, which saves
+        minutes of work in vain.
     ways_out
-        What the user may do about a file that is there.
+        What the user can do about an existing file.
     """
 
     def __init__(
@@ -102,15 +103,15 @@ class Outputs:
         self._replaced: set[Path] = set()
         self._recalled: xr.Dataset | None = None
         self.complete = False
-        """Whether all files were there already with the contents that they should have."""
+        """Whether all files already existed with the right contents."""
         self.finished = False
-        """Whether an earlier run had made all files: they have their names, and none is left."""
+        """Whether an earlier run had made all files, and they have their names now."""
 
     @contextlib.contextmanager
     def held(self) -> Iterator[Self]:
-        """Hold the outputs, having looked at all of them, until the files have their names.
+        """Check the outputs, and hold them until the files have their names.
 
-        Raises RefusalError, InUseError and StorageError, before anything is computed.
+        Raises RefusalError, InUseError and StorageError before anything is computed.
         """
         self._refuse_folder()
         for path in self.paths:
@@ -125,7 +126,7 @@ class Outputs:
             self._replaced = {path for path in there if self._overwrite or self._older(path)}
             self.finished = self._request is not None and self._finish()
             if not self.finished:
-                # A name that is taken may hold what is to be written.
+                # An existing file may already have the right contents.
                 taken = [path for path in there if path not in self._replaced]
                 if taken and not self._compares and self.recalled() is None:
                     raise self._taken(taken[0])
@@ -134,13 +135,13 @@ class Outputs:
             yield self
 
     def release(self) -> None:
-        """Remove unneeded files if the process ends without leaving `held`."""
+        """Remove unneeded files if the process ends within `held`."""
         self.folder.remove()
 
     def recalled(self) -> xr.Dataset | None:
-        """Return what the main file holds if this very command wrote it, else None.
+        """Return the contents of the main file if the same command wrote it, else None.
 
-        With `overwrite` only what an earlier run had finished counts.
+        With `overwrite` only a file that an earlier run had finished counts.
         """
         if self._overwrite and not self.finished:
             return None
@@ -152,19 +153,19 @@ class Outputs:
         return self._recalled
 
     def dataset(self, ds: xr.Dataset, groups: Mapping[str, xr.Dataset] | None = None) -> Writer:
-        """Return what writes a Dataset, sealed so that `recalled` knows it again.
+        """Return the function that writes a Dataset, sealed so that `recalled` recognises it.
 
-        `groups` of the file show parts of it in other forms, for other programs.
+        `groups` hold parts of it in other forms, for other programs.
         """
         if self._request is not None:
             ds = ds.assign_attrs({SEAL: _seal(self._request, ds)})
         return lambda path: write_checked(ds, path, groups or {})
 
     def write(self, contents: Mapping[Path, bytes | Writer]) -> None:
-        """Make all files, and give them their names; `contents` has one for each.
+        """Make all files from their `contents`, and give them their names.
 
-        What is there with the same content stays as it is. Raises StorageError, and RefusalError
-        if there is another file that was not to be replaced.
+        An existing file with the same content stays as it is. Raises StorageError, and RefusalError
+        if another file exists that must not be replaced.
         """
         if self.finished:
             return
@@ -179,7 +180,7 @@ class Outputs:
         self.show()
 
     def place(self, path: Path) -> Path:
-        """Return where a file is made: in the folder of the lock, or beside the end of a link."""
+        """Return the place to make a file: in the folder of the lock, or beside a link's target."""
         target = followed(path)
         if target.parent == self.folder.path.parent:
             self.folder.made.mkdir(mode=0o700, exist_ok=True)
@@ -187,7 +188,7 @@ class Outputs:
         return target.with_name(f".{target.name}.new")
 
     def show(self) -> None:
-        """Give the files that were made, each in its `place`, their names."""
+        """Give the files made in their `place` their names."""
         fixed = [path for path in self.paths if path not in self._replaced and path.exists()]
         same = [path for path in fixed if same_content(self.place(path), path)]
         for path in fixed:
@@ -200,7 +201,7 @@ class Outputs:
         self._discard()
         self.complete = not missing
 
-    # --- what is there ---
+    # --- existing files ---
 
     def _refuse_folder(self) -> None:
         try:
@@ -213,7 +214,7 @@ class Outputs:
                 ) from None
 
     def _refuse_unfinished(self) -> None:
-        """Raise RefusalError if another command to this output can still be finished."""
+        """Raise RefusalError if an earlier command to this output can still be finished."""
         if self.folder.journal.exists():
             raise RefusalError(
                 f"a sweep to {self.main} was interrupted and can be resumed; finish it, or choose "
@@ -230,16 +231,16 @@ class Outputs:
     def _taken(self, path: Path) -> RefusalError:
         return RefusalError(f"{path} exists already; {self._ways_out}")
 
-    # --- what an earlier run left ---
+    # --- files left by an earlier run ---
 
     def _finish(self) -> bool:
-        """Give files that an earlier run had finished their names; tell whether there were any."""
+        """Give files finished by an earlier run their names; return whether there were any."""
         left = self._left()
         if not left or left["request"] != self._request:
             return False
         known = {path: left["files"].get(path.name) for path in self.paths}
         named = [path for path in self.paths if sha256_of(path) == known[path] is not None]
-        self._replaced.update(named)  # ours, whatever it is that is written now
+        self._replaced.update(named)  # these are ours, whatever is written now
         missing = [path for path in self.paths if path not in named]
         if any(sha256_of(self.place(path)) != known[path] for path in missing):
             return False
@@ -252,7 +253,7 @@ class Outputs:
         return True
 
     def _left(self) -> dict[str, Any]:
-        """Return the note of an earlier run; empty if there is none, or a damaged one."""
+        """Return the note of an earlier run; empty if it is missing or damaged."""
         try:
             left = json.loads(self.folder.manifest.read_text(encoding="utf-8"))
             return left if isinstance(left["files"], dict) and left["command"] is not None else {}
@@ -260,7 +261,7 @@ class Outputs:
             return {}
 
     def _note(self) -> None:
-        """Write down what is about to get its name."""
+        """Note the hashes of the files that are about to get their names."""
         files = {path.name: sha256_of(self.place(path)) for path in self.paths}
         note = {"request": self._request, "command": command_line(), "files": files}
         with storage_errors(f"cannot write into {self.folder.path}", self.folder.path):
@@ -280,7 +281,7 @@ class Outputs:
     # --- names ---
 
     def _try_writing(self) -> None:
-        """Raise StorageError if nothing can be written: better known before a computation."""
+        """Raise StorageError if nothing can be written: an error is better before a computation."""
         trial = self.place(self.main)
         with storage_errors(f"cannot write {self.main}", self.folder.path):
             try:
@@ -290,7 +291,7 @@ class Outputs:
                 remove(trial)
 
     def _name(self, paths: Sequence[Path]) -> None:
-        """Give files their names, the main one last: where it is, all are."""
+        """Give files their names, the main one last: if it exists, all do."""
         for path in reversed(paths):
             place, target = self.place(path), followed(path)
             with storage_errors(f"cannot write {path}", target.parent):
@@ -319,12 +320,12 @@ class Outputs:
 
 
 def same_content(one: Path, other: Path) -> bool:
-    """Tell whether two files hold the same, apart from when and by which command it was written."""
+    """Return whether two files have the same contents, apart from their history."""
     if filecmp.cmp(one, other, shallow=False):
         return True
     try:
         return _SAME[one.suffix](one, other) if one.suffix in _SAME else False
-    except (StorageError, OSError, ValueError):  # damaged, or no such file at all
+    except (StorageError, OSError, ValueError):  # damaged, or of another format
         return False
 
 
@@ -353,7 +354,7 @@ _SAME = {".nc": _same_datasets, ".parquet": _same_tables}
 
 
 def _key(request: Mapping[str, Any], paths: Sequence[Path]) -> str:
-    """Return the SHA-256 of what determines the contents of files, as hex."""
+    """Return the SHA-256 of everything that determines the contents of files, as hex."""
     whole = {
         "request": dict(request),
         "names": [path.name for path in paths],
@@ -364,14 +365,14 @@ def _key(request: Mapping[str, Any], paths: Sequence[Path]) -> str:
 
 
 def _seal(key: str, ds: xr.Dataset) -> str:
-    """Return the SHA-256 of what was asked for and of the contents of a file, as hex."""
+    """Return the SHA-256 of a request's key and the contents of a file, as hex."""
     bare = ds.copy()
     bare.attrs = {name: value for name, value in ds.attrs.items() if name != SEAL}
     return hashlib.sha256(f"{key}{content_hash(bare)}".encode()).hexdigest()
 
 
 def sha256_of(path: Path) -> str | None:
-    """Return the SHA-256 of a file as hex; None where there is none."""
+    """Return the SHA-256 of a file as hex; None if there is no file."""
     if not path.is_file():
         return None
     with path.open("rb") as file:

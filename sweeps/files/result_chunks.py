@@ -1,4 +1,4 @@
-"""NetCDF files of sweeps, written and read chunk by chunk, with memory for one chunk."""
+"""NetCDF files of sweeps, written and read chunk by chunk, with one chunk in memory."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from sweeps.files.attributes import Place, coordinates, data_sha256, places, sea
 from sweeps.files.result_rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
 
-# Level 1 takes half the time of level 4; files are a few percent larger, as mantissas are noise.
+# Level 1 takes half the time of level 4; files are a few percent larger: mantissas are noise.
 _COMPRESSION: Mapping[str, Any] = {"compression": "zlib", "complevel": 1, "shuffle": True}
 
-# Bytes a point: 8 for each float and 4 for each count, less what compression gains.
+# Bytes per point: 8 for each float and 4 for each count, less the gain of compression.
 RESULT_BYTES_PER_POINT = 90
-RESULT_BYTES = 1 << 17  # of its structure and of what lies beside it
+RESULT_BYTES = 1 << 17  # for its structure and the files beside it
 
-# If the disk fails while the HDF5 library has a file open, the library crashes the process: files
-# up to this size are made and read in memory. A folder there, on systems that have one.
+# If the disk fails while the HDF5 library has a file open, the library crashes the process, so
+# files up to this size are made and read in memory: in this folder, on systems that have it.
 _LARGE = 1 << 25
 _MEMORY = "/dev/shm"
 
 
 @dataclass(frozen=True)
 class Written:
-    """Summary of a result file: number of points of each status (128,), and largest errors.
+    """Summary of a result file: the number of points of each status (128,), and largest errors.
 
     `statistical_error` is the largest error of aperiodic points (amplitudes averaged over a
     window), `worst_error` that of the others.
@@ -60,12 +60,12 @@ def write_result(
 ) -> Written:
     """Write a result to `temporary`, read it back, and let it replace an older one.
 
-    `rows` gives the result rows (n, columns) of a chunk; NaN rows become `pending`;
-    `statuses` (128,) says how many points of each status that makes. The seal is added to the
-    `attributes`, which hold the config.
+    `rows` returns the result rows (n, columns) of a chunk; NaN rows become `pending`; `statuses`
+    (128,) is the number of points of each status to expect. The seal is added to the `attributes`,
+    which hold the config.
 
-    Raises StorageError if the file cannot be written or does not read back as it should; an
-    older one is as it was.
+    Raises StorageError if the file cannot be written or does not read back as written; an older
+    file stays as it was.
     """
     with storage_errors(f"cannot write {path}", path.parent), replacing(path, temporary):
         with _new_file(temporary, grid) as file:
@@ -84,7 +84,7 @@ def write_result(
 
 
 def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], temporary: Path) -> None:
-    """Write a result without its numbers, and remove it again: errors are better before the sweep.
+    """Write a result without its numbers, and remove it: an error is better before the sweep.
 
     Raises StorageError.
     """
@@ -99,7 +99,7 @@ def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], tempo
 
 @contextmanager
 def _new_file(path: Path, grid: Grid) -> Iterator[netCDF4.Dataset]:
-    """Provide a file to write, first in memory if it is small."""
+    """Provide a file to write; a small one is made in memory first."""
     small = grid.size * len(RESULT_COLUMNS) * 8 <= _LARGE and os.access(_MEMORY, os.W_OK)
     with tempfile.TemporaryDirectory(dir=_MEMORY) if small else nullcontext() as folder:
         place = path if folder is None else Path(folder) / path.name
@@ -134,7 +134,7 @@ def _define(
 
 
 def columns_in(file: netCDF4.Dataset) -> dict[int, str]:
-    """Return the result variables that a file has, by their columns in result rows."""
+    """Return the result variables in a file by their columns in result rows."""
     names = enumerate(RESULT_COLUMNS)
     return {column: name for column, name in names if name in file.variables}
 
@@ -168,7 +168,7 @@ def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) ->
 
 
 def open_file(path: Path) -> netCDF4.Dataset:
-    """Open a file to read; a small one is read into memory at once."""
+    """Open a file for reading; a small one is read into memory at once."""
     memory = path.read_bytes() if path.stat().st_size <= _LARGE else None
     return netCDF4.Dataset(path, memory=memory)
 
@@ -181,12 +181,12 @@ def coordinates_in(file: netCDF4.Dataset) -> dict[str, Place]:
 
 
 def _native(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return values with the types of a grid: the library reads strings as objects."""
+    """Return values with the dtype of a grid: the library reads strings as objects."""
     return values.astype(np.str_) if values.dtype == object else np.asarray(values)
 
 
 def whole_chunks(file: netCDF4.Dataset) -> None:
-    """Have a result file read and written by whole chunks, without masks.
+    """Set a result file to be read and written by whole chunks, without masks.
 
     The library's cache of many chunks would only cost memory.
     """
@@ -199,11 +199,10 @@ def whole_chunks(file: netCDF4.Dataset) -> None:
 def read_rows(
     file: netCDF4.Dataset, chunks: Chunks, number: int, digests: Digests | None = None
 ) -> Rows:
-    """Return the result rows (n, columns) of a chunk of a result file; NaN for pending points.
+    """Return the result rows (n, columns) of a chunk of a result file.
 
-    NaN is also in the columns of variables that the file does not have.
-
-    `digests` take in what was read.
+    Pending points, and columns of variables that the file lacks, are NaN. The values read are added
+    to `digests`.
     """
     begin, end = chunks.range(number)
     rows = np.full((end - begin, len(RESULT_COLUMNS)), np.nan)
@@ -217,7 +216,7 @@ def read_rows(
 
 
 def contents(path: Path, chunks: Chunks) -> Written:
-    """Return the summary of a result file, read chunk by chunk; raises StorageError."""
+    """Read a result file chunk by chunk and return its summary; raises StorageError."""
     statuses, worst = np.zeros(STATUS_CODES, dtype=np.int64), np.full(2, np.nan)
     with storage_errors(f"cannot read {path}"), open_file(path) as file:
         whole_chunks(file)

@@ -1,6 +1,6 @@
-"""Result rows: what is in them, how they end, and the chunks in which files hold them.
+"""Result rows, the counts of their statuses, and the chunks in which files hold them.
 
-A result row is one number a column of `RESULT_COLUMNS`, as float64; NaN throughout is a point that
+A result row has a float64 number for each column of `RESULT_COLUMNS`; a row of NaN is a point that
 was not computed.
 """
 
@@ -18,25 +18,25 @@ from stickslip.variables import RESULT_COLUMNS
 Rows = NDArray[np.float64]
 
 STATUS = RESULT_COLUMNS.index("status")
-STATUS_CODES = int(Status.PENDING) + 1  # a count for every code of a status, known or not
+STATUS_CODES = int(Status.PENDING) + 1  # counts have a place for every code, used or not
 
-# A megabyte of each variable: the unit that is read, filled, compressed and written.
+# A megabyte of each variable: the unit of reading, filling, compressing and writing.
 CHUNK_POINTS = 131_072
 
 
 def status_counts(codes: NDArray[np.generic]) -> NDArray[np.int64]:
-    """Count the points (any shape) of each status, (STATUS_CODES,)."""
+    """Return the number of points of each status (STATUS_CODES,); `codes` has any shape."""
     return np.bincount(np.asarray(codes).ravel().astype(np.int64), minlength=STATUS_CODES)
 
 
 def failures(statuses: NDArray[np.int64]) -> int:
-    """Return the number of points without a result, given the count of each status."""
+    """Return the number of finished points without a result, from the count of each status."""
     others = [Status.PENDING, *(status for status in Status if status.is_result)]
     return int(statuses.sum() - statuses[others].sum())
 
 
 def tally(statuses: NDArray[np.int64]) -> dict[str, Any]:
-    """Count the points of each status by its name; `statuses` (128,) has how many there are."""
+    """Return the counts of `statuses` (128,) by name, and their sums."""
     named = {s.name.lower(): int(statuses[s]) for s in Status if statuses[s]}
     pending, points = named.pop("pending", 0), int(statuses.sum())
     return {
@@ -57,14 +57,14 @@ class Memory:
         self.statuses = np.zeros(STATUS_CODES, dtype=np.int64)
 
     def append(self, indices: NDArray[np.int64], rows: Rows) -> None:
-        """Keep points: their numbers (n,) and result rows (n, columns); what it has stays."""
+        """Keep points: their numbers (n,) and result rows (n, columns); known points stay."""
         fresh = ~self.done[indices]
         indices, rows = indices[fresh], rows[fresh]
         self._rows[indices], self.done[indices] = rows, True
         self.statuses += status_counts(rows[:, STATUS])
 
     def rows(self) -> Rows:
-        """Return the result rows (size, columns) of all points, NaN for those it does not have."""
+        """Return the result rows (size, columns) of all points, NaN for missing points."""
         return self._rows
 
 

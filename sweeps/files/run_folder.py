@@ -1,4 +1,4 @@
-"""The folder beside an output while it is made: lock, journal, heartbeat, unfinished files."""
+"""The folder beside an unfinished output: lock, journal, heartbeat, unfinished files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from sweeps.files.journal import manifest_path
 from sweeps.human import reason
 
 _BEATS_EVERY = 1.0  # seconds
-# Seconds to wait for the lock: long enough for a run that is just ending to release it.
+# Seconds to wait for the lock: enough for a run that is just ending to release it.
 _PATIENCE = 0.3
 
 
@@ -56,7 +56,7 @@ class RunFolder:
         }
 
     def absence(self) -> str:
-        """Return the sentence for a result that is not there, maybe not yet."""
+        """Return the message for a result that does not exist, or not yet."""
         gone = f"{self.output} does not exist"
         if not self.journal.exists():
             return gone
@@ -107,7 +107,7 @@ class RunFolder:
         return next(f for f in (self.path, *self.path.absolute().parents) if f.exists())
 
     def is_held(self) -> bool:
-        """Tell whether a run currently holds the output."""
+        """Return whether a run holds the output now."""
         if not self._lock.exists():
             return False
         lock = FileLock(self._lock, timeout=0)
@@ -121,7 +121,7 @@ class RunFolder:
         return False
 
     def last_beat(self) -> dict[str, Any]:
-        """Return the run's last report about itself; empty if it cannot be read."""
+        """Return the last heartbeat of a run; empty if it cannot be read."""
         try:
             if not self.heartbeat.is_file():  # reading a pipe would wait
                 return {}
@@ -138,7 +138,7 @@ class RunFolder:
             remove(path)
 
     def remove(self, *, keep_journal: bool = False) -> None:
-        """Remove files that are no longer needed; the folder stays if it holds other files."""
+        """Remove files that are no longer needed, and the folder if it holds no others."""
         self.discard_leftovers()
         if not self.manifest.exists():
             shutil.rmtree(self.made, ignore_errors=True)
