@@ -316,8 +316,8 @@ def _refuse_other_file(
         )
     if "data_sha256" not in attributes:
         raise RefusalError(
-            f"{path} carries no seal (the attribute data_sha256), so nothing tells whether its "
-            f"numbers are those that were computed; {WAYS_OUT}"
+            f"{path} carries no seal (the attribute data_sha256), so nobody can know whether its "
+            f"numbers have been changed; {WAYS_OUT}"
         )
 
 

@@ -25,8 +25,12 @@ from stickslip.variables import RESULT_COLUMNS, RESULTS
 from sweeps.config.refinement import Refine
 from sweeps.grid import Grid
 
-Rows = NDArray[np.float64]
+Floats = NDArray[np.float64]
+Rows = Floats
+Kinds = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+Corners = dict[tuple[int, ...], Floats]
+"""Values at the corners of each cell, keyed by the end of each axis, 0 or 1."""
 
 # The columns that distinguish kinds of motion, with more bits than each needs.
 _KINDS = {
@@ -76,7 +80,7 @@ class _Level:
     stride: int
     active: Mask
     cut: Mask
-    misses: NDArray[np.float64]
+    misses: Floats
 
 
 class Refinement:
@@ -150,16 +154,14 @@ class Refinement:
             finer.active |= halves
         return any(new.any() for new in cut)
 
-    def _kinds(self, rows: Rows) -> NDArray[np.int64]:
+    def _kinds(self, rows: Rows) -> Kinds:
         """Return the kinds of motion as numbers, `_NO_RESULT` for points without a result."""
         good, kinds = np.isin(rows[:, _STATUS], _GOOD), np.zeros(len(rows), dtype=np.int64)
         for column, bits in _KINDS.items():
             kinds = (kinds << bits) + np.where(good, rows[:, column], 0).astype(np.int64)
         return np.where(good, kinds, _NO_RESULT)[self._numbers]
 
-    def _judge(
-        self, level: _Level, kinds: NDArray[np.int64], amplitudes: NDArray[np.float64]
-    ) -> Mask:
+    def _judge(self, level: _Level, kinds: Kinds, amplitudes: Floats) -> Mask:
         """Return the cells of a level to cut now, and note by how much their values miss."""
         whole = level.active & ~level.cut
         own = kinds[self._at(level, (0,) * self._axes)]
@@ -215,10 +217,8 @@ class Refinement:
         s = level.stride
         return (slice(None), *(slice(o, o + s * (n - 1) + 1, s) for o, n in cells))
 
-    def _corners(
-        self, level: _Level, values: NDArray[np.float64]
-    ) -> dict[tuple[int, ...], NDArray[np.float64]]:
-        """Return the values at the corners of each cell, keyed by the end of each axis, 0 or 1."""
+    def _corners(self, level: _Level, values: Floats) -> Corners:
+        """Return the values at the corners of each cell."""
         ends = itertools.product((0, 1), repeat=self._axes)
         return {end: values[self._at(level, tuple(level.stride * e for e in end))] for end in ends}
 
@@ -228,16 +228,14 @@ def refinement_of(refine: Refine | None, grid: Grid) -> Refinement | None:
     return Refinement(refine, grid) if refine else None
 
 
-def _floors(grid: Grid) -> NDArray[np.float64]:
+def _floors(grid: Grid) -> Floats:
     """Return lower bounds (size, 2) for the amplitudes of stress and force in relative errors."""
     points = grid.points(0, grid.size)
     force = _FLOOR * full_forces(points)
     return np.column_stack([force / points[:, _AREA], force])
 
 
-def _blend(
-    corners: dict[tuple[int, ...], NDArray[np.float64]], offset: tuple[int, ...], stride: int
-) -> NDArray[np.float64]:
+def _blend(corners: Corners, offset: tuple[int, ...], stride: int) -> Floats:
     """Return the multilinear interpolation between corners, at an offset from the first one."""
     total = np.zeros_like(next(iter(corners.values())))
     for ends, values in corners.items():
@@ -247,9 +245,7 @@ def _blend(
     return total
 
 
-def _range_and_error(
-    corners: dict[tuple[int, ...], NDArray[np.float64]], value: int, error: int
-) -> NDArray[np.float64]:
+def _range_and_error(corners: Corners, value: int, error: int) -> Floats:
     """Return the error of interpolated values in a column of which no miss is known.
 
     It is the range of the corner values plus their largest error.
@@ -258,17 +254,13 @@ def _range_and_error(
     return np.asarray(np.ptp(values, axis=0) + np.max(errors, axis=0))
 
 
-def _part(
-    difference: NDArray[np.float64], value: NDArray[np.float64], floor: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _part(difference: Floats, value: Floats, floor: Floats) -> Floats:
     """Return the larger relative difference of two amplitudes (..., 2); 0 for NaN."""
     part = np.abs(difference) / np.maximum(np.abs(value), floor)
     return np.asarray(np.nan_to_num(part, nan=0.0).max(axis=-1))
 
 
-def _one_way_round(
-    corners: dict[tuple[int, ...], NDArray[np.float64]],
-) -> dict[tuple[int, ...], NDArray[np.float64]]:
+def _one_way_round(corners: Corners) -> Corners:
     """Return the corners, mirrored where needed so that all lean to the side of the first one.
 
     An asymmetric orbit and its mirror image are the same motion, but an interpolation between the
@@ -285,7 +277,7 @@ def _one_way_round(
     return turned
 
 
-def _around(misses: NDArray[np.float64]) -> NDArray[np.float64]:
+def _around(misses: Floats) -> Floats:
     """Return the largest miss of each cell and its neighbours in the same slice."""
     for axis in range(1, misses.ndim):
         padded = np.pad(misses, [(0, 0)] * axis + [(1, 1)] + [(0, 0)] * (misses.ndim - axis - 1))

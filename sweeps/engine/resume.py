@@ -135,7 +135,7 @@ class Decision:
         if self.manifest is not None:
             return opened_journal(target, folder, self.manifest)
         begun = self._manifest(self.afresh)
-        if self.file:  # the journal does not hold all of it yet
+        if self.file:  # which is read until the journal holds all its points
             begun["output"] = None
         return Journal.create(folder.journal, begun, target.keys, target.chunks)
 
@@ -218,7 +218,7 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
 
 
 def require_room(folder: RunFolder, left: int, total: int) -> None:
-    """Raise StorageError if the disk lacks room for `left` more of `total` points."""
+    """Raise StorageError before the sweep if the disk lacks room for `left` of `total` points."""
     needed = left * BYTES_PER_POINT + total * RESULT_BYTES_PER_POINT + RESULT_BYTES
     free = shutil.disk_usage(folder.nearest).free
     if free < needed:
@@ -237,7 +237,7 @@ def _require_memory(target: Target) -> None:
         raise StorageError(
             f"a sweep of {counted(target.grid.size, 'point')} takes {size_text(needed)} of memory, "
             f"and this machine has {size_text(there)}; take fewer values, or sweep one part of the "
-            "grid after the other, each into a file of its own"
+            "grid after the other, each into its own file"
         )
 
 
@@ -251,15 +251,14 @@ def free_memory() -> float:
 
 @contextlib.contextmanager
 def named_after(output: Path) -> Iterator[None]:
-    """Raise an OSError, which may come from a file beside the output, under the output's name."""
+    """Turn an OSError, perhaps of a file beside the output, into one that names the output."""
     try:
         yield
     except StorageError:
         raise
     except OSError as error:
         raise StorageError(
-            f"cannot read or write what belongs to {output}: {reason(error)}; what is finished is "
-            "kept"
+            f"cannot read or write the files of {output}: {reason(error)}; finished points are kept"
         ) from error
 
 

@@ -175,7 +175,7 @@ def _stopped(recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
     if not stop.reason:
         raise LostPointsError(
             f"{counts.left} of {counts.total} points did not come back from the workers; "
-            "what did is kept. Give the same command again"
+            "the others are kept. Give the same command again"
         )
     kept = Written(recorder.journal.statuses, math.nan)
     return recorder.outcome(kept, stopped=stop.code, reason=stop.reason)
@@ -243,7 +243,7 @@ class JournaledResult:
         if path is None and fingerprint(output) != self.before:
             raise StorageError(
                 f"{output} was made or changed by somebody else while the sweep ran, and is left "
-                f"alone; what is computed is kept in {self.folder.path}. Move {output.name} away "
+                f"alone; finished points are kept in {self.folder.path}. Move {output.name} away "
                 "and give the same command again, or choose another -o"
             )
         statuses = self.journal.statuses.copy()
@@ -295,12 +295,8 @@ class Recorder:
 
         Raises StorageError if the journal cannot be written, ExecutorError.
         """
-        config, grid, counts, stop = (
-            self._target.config,
-            self._target.grid,
-            self._counts,
-            self._stop,
-        )
+        config, grid = self._target.config, self._target.grid
+        counts, stop = self._counts, self._stop
         if not compile_first(config, grid, stop, wanted=self._progress):
             return
         with ExitStack() as stack:

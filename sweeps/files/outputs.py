@@ -311,7 +311,7 @@ class Outputs:
                     flush(folder)
 
     def _appeared(self, path: Path) -> StorageError:
-        kept = f"; what is computed is kept in {self.folder.path}" if self._request else ""
+        kept = f"; the computed files are kept in {self.folder.path}" if self._request else ""
         return StorageError(
             f"{path} was made or changed by somebody else while this command ran, and is left "
             f"alone{kept}. Move {path.name} away and give the same command again, or choose "

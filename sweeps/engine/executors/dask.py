@@ -122,8 +122,8 @@ class ClusterExecutor(Executor):
             raise
         except (CancelledError, OSError) as error:
             raise ExecutorError(
-                f"the connection to the dask scheduler at {self._address} was lost; what is "
-                "finished is kept, and the same command resumes"
+                f"the connection to the dask scheduler at {self._address} was lost; finished "
+                "points are kept, and the same command resumes"
             ) from error
         except Exception as error:
             raise ExecutorError(
