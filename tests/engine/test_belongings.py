@@ -1,4 +1,4 @@
-"""What belongs to somebody else is not touched, and what somebody else says is not believed."""
+"""Files of other people are not touched, and their contents are not trusted."""
 
 from __future__ import annotations
 
@@ -21,23 +21,13 @@ RUN = Path("a.nc.run")
 @pytest.mark.parametrize(
     "name", ["heartbeat.json.new", "result.nc", "journal.new", "../a.nc.timing.json"]
 )
-def test_a_link_that_somebody_planted_is_not_followed(shell: Shell, name: str) -> None:
+def test_a_planted_link_is_not_followed(shell: Shell, name: str) -> None:
     Path("precious").write_text("mine")
     RUN.mkdir()
     (RUN / name).symlink_to(Path("precious").absolute())
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     assert Path("precious").read_text() == "mine"
     assert hash_of("a.nc") == hash_at_once("a.yaml")
-
-
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a folder away")
-def test_a_folder_of_another_user_is_refused(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
-    RUN.mkdir()
-    os.chown(RUN, 12345, 12345)
-    monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
-    assert code == 5
-    assert "belongs to another user" in err
 
 
 def test_a_file_that_appears_during_the_sweep_is_left_alone(shell: Shell) -> None:
@@ -54,7 +44,7 @@ def test_a_file_that_appears_during_the_sweep_is_left_alone(shell: Shell) -> Non
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
-def test_who_may_read_a_result_stays_the_same(shell: Shell, mode: int) -> None:
+def test_the_permissions_of_a_result_stay(shell: Shell, mode: int) -> None:
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     Path("a.nc").chmod(mode)
     assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite").code == 0
@@ -75,7 +65,7 @@ def test_an_output_that_is_a_link_stays_one(shell: Shell) -> None:
 
 
 @pytest.mark.parametrize("verb", ["info", "plot", "export"])
-def test_a_file_that_was_edited_by_hand_is_told(shell: Shell, verb: str) -> None:
+def test_a_file_edited_by_hand_is_reported(shell: Shell, verb: str) -> None:
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     assert "warning" not in shell(verb, "a.nc").err
     with netCDF4.Dataset("a.nc", "a") as file:
@@ -88,7 +78,7 @@ def test_a_file_that_was_edited_by_hand_is_told(shell: Shell, verb: str) -> None
 # --- what is printed ---
 
 
-def test_texts_of_files_do_not_steer_the_terminal(shell: Shell) -> None:
+def test_texts_from_files_do_not_control_the_terminal(shell: Shell) -> None:
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     with netCDF4.Dataset("a.nc", "a") as file:
         file.title = "red \x1b[31m, \x9b2J and a bell \x07"
@@ -97,14 +87,8 @@ def test_texts_of_files_do_not_steer_the_terminal(shell: Shell) -> None:
     assert not set("\x1b\x9b\x07") & set(out)
 
 
-def test_names_that_are_no_text_are_refused_and_printed_all_the_same(shell: Shell) -> None:
-    code, _, err = shell("info", os.fsdecode(b"odd\xff.nc"))
-    assert code == 2
-    assert err == "odd\\udcff.nc: a name must be UTF-8, and this is not; rename it\n"
-
-
 @pytest.mark.parametrize("beat", ["[]", "(", None])
-def test_a_heartbeat_that_is_none_is_passed_over(
+def test_an_invalid_heartbeat_is_ignored(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, beat: str | None
 ) -> None:
     RUN.mkdir()
@@ -118,7 +102,7 @@ def test_a_heartbeat_that_is_none_is_passed_over(
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
 
 
-def test_rubbish_is_refused_in_one_screen(shell: Shell) -> None:
+def test_a_config_full_of_errors_is_refused_in_one_screen(shell: Shell) -> None:
     Path("a.yaml").write_text("".join(f"x{i}: {i}\n" for i in range(1900)))
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
     lines = err.splitlines()

@@ -1,4 +1,4 @@
-"""How far a sweep is: the numbers, what is in flight, and how long the rest takes."""
+"""The progress of a sweep: counts, points in flight, and the time that the rest takes."""
 
 from __future__ import annotations
 
@@ -7,29 +7,17 @@ from dataclasses import replace
 import pytest
 from support.sweeps.watching import Clock, advanced, block_of, found, task
 
-from stickslip.dispatch import in_flight as in_flight_module
 from stickslip.dispatch.in_flight import InFlight
-from sweeps.engine import progress
 from sweeps.engine.progress import Counts, stop_text
 from sweeps.engine.signals import Stop
 
 
-# Words between commas: none is empty.
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    """Time that stands still unless a test moves it."""
-    clock = Clock()
-    for module in (progress, in_flight_module):
-        monkeypatch.setattr(module, "time", clock)
-    return clock
-
-
 def line(counts: Counts) -> str:
-    """What a log says."""
+    """A line of a log."""
     return ", ".join(filter(None, (counts.headline, counts.outlook)))
 
 
-def test_what_was_found_and_what_this_run_adds_is_counted(clock: Clock) -> None:
+def test_points_found_and_points_added_by_this_run_are_counted(clock: Clock) -> None:
     store = found(ok=30, diverged=2)
     counts = Counts(100, store)
     clock.now += 77.0  # compiling
@@ -52,13 +40,13 @@ def test_what_was_found_and_what_this_run_adds_is_counted(clock: Clock) -> None:
     assert line(counts) == "100/100 points, 6 failed, 0:02 elapsed, 34.0 points/s"
 
 
-def test_a_heartbeat_tells_the_same_numbers(clock: Clock) -> None:
+def test_a_heartbeat_has_the_same_numbers(clock: Clock) -> None:
     store = found(ok=1)
     counts = Counts(10, store)
     assert counts.as_dict()["seconds_left"] is None
     clock.now += 4.0
     advanced(counts, store, 4.0, ok=1, step_limit=1)
-    told = {
+    expected = {
         "points": 10,
         "done": 3,
         "failed": 1,
@@ -70,7 +58,7 @@ def test_a_heartbeat_tells_the_same_numbers(clock: Clock) -> None:
         "seconds_left": 14.0,
         "slots": 1,
     }
-    assert counts.as_dict() == told
+    assert counts.as_dict() == expected
     counts.in_flight.begin(task(3, 7))
     clock.now += 30.0  # twice as long as expected
     assert counts.as_dict()["seconds_left"] is None
@@ -102,7 +90,7 @@ def computing(clock: Clock, slots: int, flying: list[int], stop: Stop | None = N
         (8, [60], 0.0, 60 * 0.5),  # the last block takes its own time, however many are idle
     ],
 )
-def test_the_time_left_knows_what_is_in_flight(
+def test_the_time_left_counts_blocks_in_flight_as_partly_done(
     clock: Clock, slots: int, flying: list[int], age: float, left: float
 ) -> None:
     counts = computing(clock, slots, flying)
@@ -111,18 +99,18 @@ def test_the_time_left_knows_what_is_in_flight(
 
 
 @pytest.mark.parametrize("flying", [[1], [10, 10], [50, 10], [60]])
-def test_the_time_left_never_grows_because_nothing_comes_back(
+def test_the_time_left_never_grows_while_no_block_comes_back(
     clock: Clock, flying: list[int]
 ) -> None:
-    counts, told = computing(clock, 2, flying), []
+    counts, left = computing(clock, 2, flying), []
     for _ in range(200):
-        told.append(counts.seconds_left or 0.0)
+        left.append(counts.seconds_left or 0.0)
         clock.now += 1.0
-    assert told == sorted(told, reverse=True)
-    assert told[-1] >= 0.0
+    assert left == sorted(left, reverse=True)
+    assert left[-1] >= 0.0
 
 
-def test_after_a_request_to_stop_it_is_the_time_until_the_end(clock: Clock) -> None:
+def test_after_a_request_to_stop_the_time_left_is_that_until_the_end(clock: Clock) -> None:
     stop = Stop()
     counts = computing(clock, 2, [10, 10], stop)
     stop.request("enough")
@@ -133,7 +121,7 @@ def test_after_a_request_to_stop_it_is_the_time_until_the_end(clock: Clock) -> N
 # --- blocks that take long ---
 
 
-def test_the_oldest_block_is_told_and_no_time_left_once_it_is_overdue(clock: Clock) -> None:
+def test_an_overdue_block_shows_its_age_and_no_time_left(clock: Clock) -> None:
     counts = computing(clock, 1, [60])
     clock.now += 29.0
     expected = "1.0 points/s, about 1.0 s left, 60 points in flight, the oldest for 0:29"
@@ -143,7 +131,7 @@ def test_the_oldest_block_is_told_and_no_time_left_once_it_is_overdue(clock: Clo
     assert counts.as_dict()["seconds_left"] is None
 
 
-def test_the_first_block_is_told_to_be_awaited(clock: Clock) -> None:
+def test_a_line_shows_the_age_of_the_first_block(clock: Clock) -> None:
     counts = Counts(1200, found())
     clock.now += 60.0  # compiling
     counts.begin(lambda: 2)

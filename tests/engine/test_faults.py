@@ -1,4 +1,4 @@
-"""Kills and failing files: what was finished is kept, an older result is whole, and it goes on."""
+"""Kills and failing files: finished points and an older result are kept, and the sweep resumes."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ integrator: {rtol: 1e-9}
 stationary: {rtol: 1e-9}
 execution: {workers: 2, block_points: 10}
 """
-# The command, which notes the parameters of each block before it is computed.
+# The command, noting the parameters of each block before it is computed.
 NOTING = """\
 import os, sys
 import numpy as np
@@ -115,14 +115,14 @@ def test_kills_at_random_times_lose_nothing(
                 for index, row in zip(indices, rows, strict=True)
             }
             assert kept.items() <= now.items()
-            assert len(set(points) - now.keys()) <= 2 * 10  # what was in flight
+            assert len(set(points) - now.keys()) <= 2 * 10  # the points in flight
             kept = now
     assert code == 0, err
     assert entries() == ["begun", "r.nc", "r.nc.timing.json", "r.yaml"]
     assert hash_of("r.nc") == hash_at_once("r.yaml")
 
 
-# What is appended to the journal of this sweep, in order.
+# The appends to the journal of this sweep, in order.
 _APPEND = ("sweeps.files.journal:Journal", "append")
 CARRIED, FIRST, LAST = ((*_APPEND, number) for number in (1, 2, 4))
 RESULT = ("sweeps.engine.sweep:JournaledResult", "write", 1)
@@ -191,7 +191,7 @@ def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str, places: 
         code, _, err = shell(*command)
         assert code == 0, (place, err)
         assert not kept & set(shell.values("temperature")), place
-        if not renamed:  # the old file has them, whatever became of the journal
+        if not renamed:  # the old file has two points, whatever became of the journal
             assert len(shell.computed) == 5 - len(kept | {200.0, 250.0}), place
         if place in list(PLACES)[_CARRIED:-1]:
             assert {200.0, 250.0} <= kept, place
@@ -245,7 +245,7 @@ def beginning(request: pytest.FixtureRequest, shell: Shell) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("error", one_then("faults", ERRORS), ids=errno.errorcode.get)
 @pytest.mark.parametrize("call", CALLS, ids=lambda call: call[1])
-def test_a_call_that_fails_ends_in_a_message_and_the_same_command_goes_on(
+def test_a_failing_call_ends_with_a_message_and_the_same_command_resumes(
     shell: Shell, expected: str, beginning: str, call: tuple[Any, str], error: int
 ) -> None:
     old = Path("old.nc").read_bytes()

@@ -1,4 +1,4 @@
-"""A sweep as a function: the same content however it is executed, and every way a point can end."""
+"""A sweep as a function: the same content however and wherever it is computed."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.sweeps.processes import Running
-from support.sweeps.workers import HERE, POISON, needs_dask, poisoned_block
+from support.sweeps.workers import HERE, needs_dask, poisoned_block, require_poison_alone
 from support.sweeps.writing import write_dataset
 
-from stickslip import Parameters, Status, stationary_orbit
+from stickslip import Parameters, stationary_orbit
 from stickslip.dispatch import backend, thread_pool
 from stickslip.dispatch.task import Block
 from stickslip.dispatch.workers import Tasks
@@ -102,10 +102,10 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return Watched.made
 
 
-@pytest.mark.parametrize("asked", ["threads", "loky"])
-def test_what_parallel_config_says_wins_over_the_config(watched: list[Any], asked: str) -> None:
+@pytest.mark.parametrize("backend", ["threads", "loky"])
+def test_parallel_config_wins_over_the_config(watched: list[Any], backend: str) -> None:
     with joblib.parallel_config("sequential", n_jobs=5):
-        run(executed(workers=3, backend=asked))
+        run(executed(workers=3, backend=backend))
     assert watched == [(5, "SequentialBackend")]
 
 
@@ -117,7 +117,7 @@ def test_workers_win_over_all(watched: list[Any]) -> None:
 
 @pytest.mark.parametrize("backend", ["threads", "loky", "dask"])
 @pytest.mark.parametrize(("jobs", "workers"), [(None, 3), (5, 5), (-1, joblib.cpu_count())])
-def test_without_a_backend_of_joblib_it_is_that_of_the_config(
+def test_without_a_joblib_backend_the_config_decides(
     watched: list[Any], backend: str, jobs: int | None, workers: int
 ) -> None:
     number = {} if jobs is None else {"n_jobs": jobs}
@@ -159,9 +159,7 @@ def test_a_point_that_kills_a_process_of_joblib_costs_itself_alone(
     monkeypatch.setattr(backend, "compute_block", poisoned_block)
     with joblib.parallel_config("loky", n_jobs=2):
         ds = run(executed(block_points=2))
-    poison = ds.temperature == POISON
-    assert (ds.status.where(poison, drop=True) == Status.FAILED).all()
-    assert ds.where(~poison, drop=True).equals(reference.where(~poison, drop=True))
+    require_poison_alone(ds, reference, caplog)
     assert len([r for r in caplog.records if "250.0" in r.message]) == 3
 
 
@@ -228,10 +226,10 @@ def test_ctrl_c_does_not_wait_for_blocks_in_flight() -> None:
     assert err.endswith("KeyboardInterrupt\n")
 
 
-# --- on the way ---
+# --- blocks ---
 
 
-def test_progress_is_told_block_by_block() -> None:
+def test_each_block_is_passed_to_the_caller() -> None:
     seen: list[list[int]] = []
     run(executed(workers=2, block_points=4), on_block=lambda b: seen.append(b.indices.tolist()))
     assert sorted(map(len, seen)) == [1, 4, 4]

@@ -1,4 +1,4 @@
-"""Friction laws of one's own: swept, replayed, refused when changed or where others could do so."""
+"""Friction laws of users: swept, replayed, refused if changed or if others could change them."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return site
 
 
-# --- a package of its own -------------------------------------------------------------------------
+# --- in a package ---------------------------------------------------------------------------------
 
 
 @pytest.mark.stress
@@ -93,7 +93,7 @@ def test_a_law_of_a_package_is_swept_replayed_and_refused_when_it_changes(site: 
     assert float(changed.sel(temperature=320.0)) == pytest.approx(1.5, rel=0.05)
 
 
-def test_a_config_names_a_law_and_is_told_which_there_are(site: Path) -> None:
+def test_a_config_names_a_law_or_gets_a_list_of_laws(site: Path) -> None:
     config = read_config("a.yaml")
     assert config.film.law == origin_of("limited").identity
     assert config.film.law.startswith("pliant-1.0+")
@@ -113,7 +113,7 @@ def test_a_config_names_a_law_and_is_told_which_there_are(site: Path) -> None:
         read_config("b.yaml")
 
 
-def test_the_same_package_has_the_same_identity_and_any_other_another(site: Path) -> None:
+def test_each_version_of_a_package_has_its_identity(site: Path) -> None:
     def identity(**changes: Any) -> str:
         for path in sorted(site.rglob("*"), reverse=True):
             path.unlink() if path.is_file() else path.rmdir()
@@ -174,7 +174,7 @@ REFUSED: dict[str, tuple[Callable[[Path], object], str]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_a_law_that_others_could_change_or_that_is_none_is_refused(
+def test_an_unsafe_or_broken_law_is_refused(
     case: str, site: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "path", [*sys.path])
@@ -204,7 +204,7 @@ def test_a_worker_with_another_law_computes_nothing(site: Path) -> None:
         compute_block(task)
 
 
-# --- in this process alone ------------------------------------------------------------------------
+# --- in this process only -------------------------------------------------------------------------
 
 
 def law_in_python(factor: float = 1.0, **changes: Any) -> FrictionLaw:
@@ -215,7 +215,7 @@ def law_in_python(factor: float = 1.0, **changes: Any) -> FrictionLaw:
 
 
 @pytest.mark.stress
-def test_a_law_of_this_process_is_computed_by_threads_and_by_nobody_else() -> None:
+def test_a_law_of_this_process_runs_only_in_threads() -> None:
     register_law(law_in_python())
     config = {"model": {"k": 1e6, "gamma": 1e3, "T": 320}, "film": {"friction": "limited"}}
     once, again = (run(config, workers=workers) for workers in (1, 2))
@@ -253,7 +253,7 @@ def test_other_processes_refuse_a_law_of_this_one(kind: Any) -> None:
         next(blocks)
 
 
-def test_what_is_no_law_is_not_registered() -> None:
+def test_a_broken_law_is_not_registered() -> None:
     for law, message in {
         law_in_python(name="power-law"): "is a law of stickslip itself",
         law_in_python(name="a/b"): "cannot be the name of a law",

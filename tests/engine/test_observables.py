@@ -1,4 +1,4 @@
-"""`observables`, which earlier versions computed on request, and files without them."""
+"""The key `observables` of earlier versions, and files without these results."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ THREE = "sweep: {temperature: [200, 225, 250]}\n"
 A_YAML = THREE + LOOSE + "observables: [harmonics]\n"
 
 
-def test_a_config_that_asks_for_them_is_the_same_as_one_that_does_not(shell: Shell) -> None:
+def test_a_config_with_observables_equals_one_without(shell: Shell) -> None:
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     plain = write("b.yaml", THREE, LOOSE)
     assert "nothing to do" in shell("sweep", plain, "-o", "a.nc").err
     assert shell("simulate", "a.yaml", "--set", "T=200", "-o", "b.nc").code == 0
 
 
-def test_a_file_without_them_is_shown_and_replayed_and_not_grown(shell: Shell) -> None:
+def test_a_file_without_observables_is_shown_and_replayed_and_not_grown(shell: Shell) -> None:
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     with xr.open_dataset("a.nc") as ds:
         ds.drop_vars(["friction_force_rms", "friction_force_mean_abs"]).to_netcdf("b.nc")

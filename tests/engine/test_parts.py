@@ -1,7 +1,8 @@
-"""The jobs of an array: parts that are computed apart, and one result out of them."""
+"""The jobs of an array: parts computed separately, and merged into one result."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import Config, from_mapping
+from sweeps.engine import merge as merging
 from sweeps.engine.existing import Part, RefusalError
 from sweeps.engine.merge import merge
 from sweeps.engine.plan import plan
@@ -48,17 +50,8 @@ SOME_FAIL = MAP | {
 }
 
 
-def no_word(_: str) -> None:
-    pass
-
-
-def computed(
-    config: Config,
-    path: Path,
-    part: Part | None = None,
-    policy: ExistingPolicy = ExistingPolicy(),  # noqa: B008 - immutable
-) -> Outcome:
-    return sweep(config, path, say=no_word, progress=False, part=part, policy=policy)
+def computed(config: Config, path: Path, part: Part | None = None, **options: Any) -> Outcome:
+    return sweep(config, path, say=lambda _: None, progress=False, part=part, **options)
 
 
 def parts_of(config: Config, folder: Path, count: int) -> list[Path]:
@@ -66,6 +59,23 @@ def parts_of(config: Config, folder: Path, count: int) -> list[Path]:
     for number, path in enumerate(paths, start=1):
         computed(config, path, Part(number, count))
     return paths
+
+
+@pytest.fixture(scope="module")
+def whole() -> str:
+    """The content hash of the whole map."""
+    return content_hash(run(MAP))
+
+
+@pytest.fixture(scope="module")
+def halves(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    return parts_of(from_mapping(MAP), tmp_path_factory.mktemp("halves"), 2)
+
+
+@pytest.fixture
+def parts(halves: list[Path], tmp_path: Path) -> list[Path]:
+    """The two parts of the map, in the folder of the test."""
+    return [Path(shutil.copy(path, tmp_path)) for path in halves]
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
@@ -85,9 +95,8 @@ def test_all_points_belong_to_one_part_and_lines_stay_together() -> None:
         chosen = np.stack([Part(number, 4).points(grid) for number in range(1, 5)])
         assert (chosen.sum(axis=0) == 1).all()
         if grid.followed:
-            assert (
-                chosen[:, grid.lines()].all(axis=2) == chosen[:, grid.lines()].any(axis=2)
-            ).all()
+            lines = chosen[:, grid.lines()]
+            assert (lines.all(axis=2) == lines.any(axis=2)).all()
 
 
 @pytest.mark.parametrize("mapping", [SOME_FAIL, SAMPLE, *marked("faults", [MAP, CASES, LINES])])
@@ -103,11 +112,11 @@ def test_parts_that_are_merged_are_the_whole(mapping: dict[str, Any], tmp_path: 
 
 
 class CrashError(Exception):
-    """The process is not what it was."""
+    """The process ends suddenly."""
 
 
 def crash(patch: pytest.MonkeyPatch, after: int, *args: Any, **options: Any) -> None:
-    """Compute a sweep that ends suddenly after so many blocks."""
+    """Compute a sweep that ends suddenly after a number of blocks."""
     take_in, blocks = Recorder.take_in, []
 
     def end(self: Recorder, block: Block) -> None:
@@ -121,29 +130,25 @@ def crash(patch: pytest.MonkeyPatch, after: int, *args: Any, **options: Any) -> 
         computed(*args, **options)
 
 
-def test_a_part_that_crashed_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_part_that_crashed_is_resumed(
+    whole: str, parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     config = from_mapping(MAP | {"execution": {"workers": 1, "block_points": 1}})
+    first, second = tmp_path / "first.nc", parts[1]
     with monkeypatch.context() as patch:
-        crash(patch, 2, config, tmp_path / "part1.nc", Part(1, 2))
-    assert computed(config, tmp_path / "part1.nc", Part(1, 2)).computed == 7
-    computed(config, tmp_path / "part2.nc", Part(2, 2))
-    merge([tmp_path / "part1.nc", tmp_path / "part2.nc"], tmp_path / "merged.nc")
-    assert content_hash(open_result(tmp_path / "merged.nc")) == content_hash(run(MAP))
+        crash(patch, 2, config, first, Part(1, 2))
+    assert computed(config, first, Part(1, 2)).computed == 7
+    merge([first, second], tmp_path / "m.nc")
+    assert content_hash(open_result(tmp_path / "m.nc")) == whole
 
 
-def test_a_complete_part_has_nothing_to_do_and_a_whole_sweep_completes_it(tmp_path: Path) -> None:
-    config, path = from_mapping(MAP), tmp_path / "a.nc"
-    computed(config, path, Part(2, 3))
-    assert computed(config, path, Part(2, 3)).computed == 0
-    assert computed(config, path).computed == 12
-    assert content_hash(open_result(path)) == content_hash(run(MAP))
-
-
-def test_parts_of_a_refined_grid_are_refused(tmp_path: Path) -> None:
-    axes = {"T": {"linspace": [200, 300], "num": 9}, "K": {"linspace": [900, 3000], "num": 9}}
-    config = from_mapping(LOOSE | {"sweep": axes, "refine": {"axes": ["T", "K"], "levels": 2}})
-    with pytest.raises(RefusalError, match="a refined grid cannot be split into parts"):
-        computed(config, tmp_path / "a.nc", Part(1, 2))
+def test_a_complete_part_has_nothing_to_do_and_a_whole_sweep_completes_it(
+    whole: str, parts: list[Path]
+) -> None:
+    config, path = from_mapping(MAP), parts[1]
+    assert computed(config, path, Part(2, 2)).computed == 0
+    assert computed(config, path).computed == 9
+    assert content_hash(open_result(path)) == whole
 
 
 def test_missing_parts_are_named(tmp_path: Path) -> None:
@@ -155,8 +160,10 @@ def test_missing_parts_are_named(tmp_path: Path) -> None:
     assert written.statuses[Status.PENDING] == 6
 
 
-def test_a_merge_that_was_killed_at_its_end_leaves_nothing(tmp_path: Path) -> None:
-    parts, merged = parts_of(from_mapping(MAP), tmp_path, 2), tmp_path / "m.nc"
+def test_a_merge_that_was_killed_at_its_end_leaves_nothing(
+    parts: list[Path], tmp_path: Path
+) -> None:
+    merged = tmp_path / "m.nc"
     merge(parts, merged)
     folder = RunFolder(merged)
     folder.path.mkdir()
@@ -165,26 +172,24 @@ def test_a_merge_that_was_killed_at_its_end_leaves_nothing(tmp_path: Path) -> No
     assert not folder.path.exists()
 
 
-def test_a_part_that_cannot_be_is_none(tmp_path: Path) -> None:
-    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
-    with netCDF4.Dataset(first, "a") as file:
+def test_a_file_with_an_invalid_part_is_merged_without_it(
+    whole: str, parts: list[Path], tmp_path: Path
+) -> None:
+    with netCDF4.Dataset(parts[0], "a") as file:
         file.part = "x/y"
     with pytest.raises(RefusalError, match=r"9 of 18 points are in none of the files; --partial"):
-        merge([first], tmp_path / "m.nc")
-    merge([first, second], tmp_path / "m.nc")
-    assert content_hash(open_result(tmp_path / "m.nc")) == content_hash(run(MAP))
+        merge(parts[:1], tmp_path / "m.nc")
+    merge(parts, tmp_path / "m.nc")
+    assert content_hash(open_result(tmp_path / "m.nc")) == whole
 
 
-def test_equal_overlaps_are_merged_and_others_refused(tmp_path: Path) -> None:
-    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
-    whole = tmp_path / "whole.nc"
-    computed(from_mapping(MAP), whole)
-    merge([first, whole, second], tmp_path / "m.nc")
-    assert content_hash(open_result(tmp_path / "m.nc")) == content_hash(run(MAP))
-
-
-def test_overlaps_that_differ_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    parts, both = parts_of(from_mapping(MAP), tmp_path, 2), tmp_path / "both.nc"
+def test_overlaps_must_be_equal(
+    whole: str, parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = tmp_path / "both.nc"
+    computed(from_mapping(MAP), both)
+    merge([*parts, both], tmp_path / "equal.nc")
+    assert content_hash(open_result(tmp_path / "equal.nc")) == whole
 
     def shifted(*arguments: Any, **how: Any) -> tuple[np.ndarray, np.ndarray]:
         results, finals = compute_orbits(*arguments, **how)
@@ -192,50 +197,47 @@ def test_overlaps_that_differ_are_refused(tmp_path: Path, monkeypatch: pytest.Mo
         return results, finals
 
     monkeypatch.setattr(worker, "compute_orbits", shifted)
-    computed(from_mapping(MAP), both, Part(1, 2))
+    computed(from_mapping(MAP), both, Part(1, 2), policy=ExistingPolicy(overwrite=True))
     with pytest.raises(RefusalError, match="other numbers for points"):
         merge([*parts, both], tmp_path / "m.nc")
     assert not (tmp_path / "m.nc").exists()
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"integrator": {"rtol": 1e-5}}, "integrator.rtol: 0.0001 -> 1e-05|1e-05 -> 0.0001"),
         ({"model": {"K": 2000}}, "another config"),
         ({"title": "Another"}, "another config"),
     ],
 )
-def test_results_of_something_else_are_refused(
-    change: dict[str, Any], told: str, tmp_path: Path
+def test_results_of_other_configs_are_refused(
+    change: dict[str, Any], message: str, parts: list[Path], tmp_path: Path
 ) -> None:
-    (first, _) = parts_of(from_mapping(MAP), tmp_path, 2)
     computed(from_mapping(MAP | change), tmp_path / "other.nc", Part(2, 2))
-    with pytest.raises(RefusalError, match=told):
-        merge([first, tmp_path / "other.nc"], tmp_path / "m.nc")
+    with pytest.raises(RefusalError, match=message):
+        merge([parts[0], tmp_path / "other.nc"], tmp_path / "m.nc")
 
 
-def test_damaged_parts_are_refused(tmp_path: Path) -> None:
-    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
-    with netCDF4.Dataset(second, "a") as file:
+def test_damaged_parts_are_refused(parts: list[Path], tmp_path: Path) -> None:
+    with netCDF4.Dataset(parts[1], "a") as file:
         file["melting_count"][0, 1] = 55
     with pytest.raises(StorageError, match=r"part2\.nc is not as stickslip wrote it"):
-        merge([first, second], tmp_path / "m.nc")
+        merge(parts, tmp_path / "m.nc")
 
 
-def test_outputs_that_would_be_lost_are_refused(tmp_path: Path) -> None:
-    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
+def test_outputs_that_would_be_lost_are_refused(parts: list[Path], tmp_path: Path) -> None:
     with pytest.raises(RefusalError, match="an input itself"):
-        merge([first, second], second)
+        merge(parts, parts[1])
     computed(from_mapping(MAP | {"title": "Mine"}), tmp_path / "m.nc")
     with pytest.raises(RefusalError, match="exists already; --overwrite"):
-        merge([first, second], tmp_path / "m.nc")
+        merge(parts, tmp_path / "m.nc")
     assert open_result(tmp_path / "m.nc").title == "Mine"
-    merge([first, second], tmp_path / "m.nc", overwrite=True)
+    merge(parts, tmp_path / "m.nc", overwrite=True)
 
 
 @pytest.mark.parametrize("text", ["", "3", "0/2", "3/2", "1/0", "-1/2", "a/b", "1/2/3"])
-def test_what_is_no_part_is_refused(text: str) -> None:
+def test_other_texts_are_no_parts(text: str) -> None:
     with pytest.raises(ValueError, match="is no part; write for example 1/16"):
         Part.parse(text)
 
@@ -265,7 +267,7 @@ def test_retrying_a_part_keeps_the_failures_of_the_others(tmp_path: Path) -> Non
     for number in (1, 2):
         share = Part(number, 2).points(Grid.from_config(config))
         mine = int(np.isin(statuses_of(path)[share], [Status.OK], invert=True).sum())
-        ended = computed(config, path, Part(number, 2), ExistingPolicy(retry_failed=True))
+        ended = computed(config, path, Part(number, 2), policy=ExistingPolicy(retry_failed=True))
         assert (ended.computed, ended.failures) == (mine, failures)
     assert (statuses_of(path) != Status.PENDING).all()
 
@@ -273,23 +275,15 @@ def test_retrying_a_part_keeps_the_failures_of_the_others(tmp_path: Path) -> Non
 def test_an_export_drops_no_failures(tmp_path: Path) -> None:
     config, path = from_mapping(SOME_FAIL), tmp_path / "a.nc"
     failures = computed(config, path).failures
-    exported = sweep(
-        config,
-        path,
-        say=no_word,
-        progress=False,
-        policy=ExistingPolicy(retry_failed=True),
-        partial=True,
-    )
+    exported = computed(config, path, policy=ExistingPolicy(retry_failed=True), partial=True)
     assert exported.failures == failures > 0
     assert (statuses_of(path) != Status.PENDING).all()
 
 
-def test_points_of_other_parts_that_are_damaged_on_the_way_are_computed_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_damaged_points_of_other_parts_are_computed_again(
+    whole: str, parts: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    config, path = from_mapping(MAP), tmp_path / "a.nc"
-    computed(config, path, Part(1, 2))
+    path = parts[0]
     write, torn = JournaledResult.write, []
 
     def tear(self: JournaledResult) -> Any:
@@ -306,15 +300,14 @@ def test_points_of_other_parts_that_are_damaged_on_the_way_are_computed_again(
 
     monkeypatch.setattr(JournaledResult, "write", tear)
     monkeypatch.setattr(Journal, "recover", recover)
-    ended = computed(config, path, Part(2, 2))
-    assert ended.computed == 9 + 3
-    assert content_hash(open_result(path)) == content_hash(run(MAP))
+    assert computed(from_mapping(MAP), path, Part(2, 2)).computed == 9 + 3
+    assert content_hash(open_result(path)) == whole
 
 
-def test_a_merge_that_was_killed_is_given_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_killed_merge_is_repeated(
+    whole: str, parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    parts, output = parts_of(from_mapping(MAP), tmp_path, 2), tmp_path / "m.nc"
+    output = tmp_path / "m.nc"
 
     def killed(_: JournaledResult, path: Path) -> Written:
         raise KeyboardInterrupt
@@ -327,38 +320,33 @@ def test_a_merge_that_was_killed_is_given_again(
     assert RunFolder(output).path.exists()
     assert state_of(output)["state"] == "absent"
     merge(parts, output)
-    assert content_hash(open_result(output)) == content_hash(run(MAP))
+    assert content_hash(open_result(output)) == whole
     assert not RunFolder(output).path.exists()
 
 
 def test_a_sweep_cannot_begin_while_its_output_is_merged(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
-    output = tmp_path / "m.nc"
-    from sweeps.engine import merge as module
-
-    common = module.common_target
+    output, common = tmp_path / "m.nc", merging.common_target
 
     def disturbed(*args: Any) -> Any:
         with pytest.raises(InUseError, match="is being written by another run"):
             computed(from_mapping(MAP), output)
         return common(*args)
 
-    monkeypatch.setattr(module, "common_target", disturbed)
-    merge([first, second], output)
+    monkeypatch.setattr(merging, "common_target", disturbed)
+    merge(parts, output)
     assert computed(from_mapping(MAP), output).computed == 0
 
 
 def test_a_merge_leaves_an_interrupted_sweep_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
     output = tmp_path / "m.nc"
     with monkeypatch.context() as patch:
         crash(patch, 1, from_mapping(BLOCKS_OF_TWO), output)
     with pytest.raises(RefusalError, match="was interrupted and can be resumed"):
-        merge([first, second], output)
+        merge(parts, output)
     assert RunFolder(output).journal.exists()
     assert computed(from_mapping(MAP), output).computed < 18
 
@@ -371,7 +359,7 @@ def test_results_of_refined_grids_are_not_merged(tmp_path: Path) -> None:
         merge([tmp_path / "a.nc"], tmp_path / "m.nc", partial=True)
 
 
-def test_the_state_of_a_part_is_told_by_its_own_points(
+def test_the_state_of_a_part_counts_its_own_points(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config, path = from_mapping(BLOCKS_OF_TWO), tmp_path / "a.nc"
@@ -382,12 +370,8 @@ def test_the_state_of_a_part_is_told_by_its_own_points(
     assert 0 < state["done"] < 9
     computed(config, path, Part(1, 2))
     state = state_of(path)
-    assert (state["state"], state["part"], state["points"], state["done"]) == (
-        "complete",
-        "1/2",
-        9,
-        9,
-    )
+    assert (state["state"], state["part"], state["points"]) == ("complete", "1/2", 9)
+    assert state["done"] == 9
 
 
 def test_the_plan_of_a_part_counts_its_points(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A power cut at any moment of a sweep costs what was not flushed, and nothing else."""
+"""A power cut at any moment of a sweep costs the unflushed points, and nothing else."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COMMAND = ("sweep", "a.yaml", "-o", "a.nc")
 
 
 def put(found: dict[str, tuple[bytes, int]]) -> None:
-    """Have the folder hold what a disk has."""
+    """Give the folder the contents of a disk."""
     for path in Path().iterdir():
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     for name, (content, time) in found.items():
@@ -34,7 +34,7 @@ def put(found: dict[str, tuple[bytes, int]]) -> None:
     ids=["flushed at once", "flushed at the end"],
 )
 @pytest.mark.parametrize("points", one_then("faults", [5, 14]))
-def test_a_power_cut_costs_what_was_not_flushed(
+def test_a_power_cut_costs_only_unflushed_points(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, points: int, seconds: float
 ) -> None:
     monkeypatch.setattr(journal, "SECONDS_BETWEEN_FLUSHES", seconds)
@@ -64,7 +64,7 @@ def test_a_power_cut_costs_what_was_not_flushed(
 
 
 def flushed(disk: Disk, count: int) -> int:
-    """How many points of the journal were safe after so many operations; all, once it is gone."""
+    """The number of safe points after some operations; all points once the journal is removed."""
     unsettled = set(disk.unsettled(count))
     names = {done.file for done in disk.operations if done.name.endswith("/journal")}
     if any(done.what == "unlink" and done.file in names for done in disk.operations[:count]):

@@ -1,6 +1,6 @@
-"""Progress: a bar on a terminal, plain lines in a log, nothing where it is not wanted.
+"""Progress: a bar on a terminal, plain lines in a log, nothing if it is not wanted.
 
-And a word while kernels are compiled: only where that takes long, and gone afterwards.
+While kernels are compiled for long, a message says so; afterwards it disappears.
 """
 
 from __future__ import annotations
@@ -29,25 +29,14 @@ from support.sweeps.watching import (
     terminal_of,
 )
 
-from stickslip.dispatch import in_flight
 from sweeps.engine import progress
 from sweeps.engine.progress import Compiling, Counts, display_of
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    """Time that stands still unless a test moves it."""
-    clock = Clock()
-    for module in (in_flight, progress):
-        monkeypatch.setattr(module, "time", clock)
-    return clock
-
 
 # --- lines in a log ---
 
 
 class Schedule:
-    """An event that is set after so many seconds; waiting for it moves the clock."""
+    """An event that is set after some seconds; waiting for it moves the clock."""
 
     def __init__(self, clock: Clock, seconds: float) -> None:
         self._clock, self._end = clock, clock.now + seconds
@@ -59,7 +48,7 @@ class Schedule:
         return self._clock.now > self._end
 
 
-def test_lines_become_rare_while_nothing_is_done_and_come_again_with_the_next_block(
+def test_lines_become_rare_until_the_next_block_is_finished(
     clock: Clock,
 ) -> None:
     store, schedule, log = found(), Schedule(clock, 360.0), io.StringIO()
@@ -77,7 +66,7 @@ def test_lines_become_rare_while_nothing_is_done_and_come_again_with_the_next_bl
 
 
 @pytest.mark.parametrize("terminal", [None, "dumb"])
-def test_where_lines_cannot_be_replaced_there_are_new_ones(
+def test_a_stream_that_cannot_replace_lines_gets_new_ones(
     monkeypatch: pytest.MonkeyPatch, terminal: str | None
 ) -> None:
     log = Log(2)
@@ -92,7 +81,7 @@ def test_where_lines_cannot_be_replaced_there_are_new_ones(
 
 
 @pytest.mark.parametrize("early", [True, False])
-def test_after_the_end_no_line_comes(monkeypatch: pytest.MonkeyPatch, early: bool) -> None:
+def test_no_line_comes_after_the_end(monkeypatch: pytest.MonkeyPatch, early: bool) -> None:
     log = Log(1)
     monkeypatch.setattr(sys, "stderr", log)
     monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.001)
@@ -107,7 +96,7 @@ def test_after_the_end_no_line_comes(monkeypatch: pytest.MonkeyPatch, early: boo
 
 
 @pytest.mark.parametrize("stream", [io.StringIO, Terminal])
-def test_nothing_where_nothing_is_wanted(
+def test_nothing_is_written_if_nothing_is_wanted(
     soon: None, monkeypatch: pytest.MonkeyPatch, stream: type[io.StringIO]
 ) -> None:
     monkeypatch.setattr(sys, "stderr", stream())
@@ -122,7 +111,7 @@ def test_nothing_where_nothing_is_wanted(
 
 
 def last_lines(text: str) -> list[str]:
-    """The two lines of the bar as they stand in the end."""
+    """The last two lines of the bar."""
     lines = plain(text).rstrip("\n").split("\n")[-2:]
     return [line.split("\r")[-1] for line in lines]
 
@@ -171,7 +160,7 @@ def test_a_terminal_gets_a_bar_that_fits_and_gives_the_cursor_back(
     assert max(len(bar), len(outlook)) <= 80
 
 
-def test_the_bar_goes_on_though_nothing_comes_back(
+def test_the_bar_goes_on_while_no_block_comes_back(
     clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     terminal = terminal_of(monkeypatch)
@@ -197,7 +186,7 @@ def test_stopping_gives_the_terminal_back_once(
     assert terminal.getvalue() == stopped
 
 
-def test_what_is_said_stands_above_the_bar_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_messages_appear_above_the_bar(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
     with display_of(Counts(10, found())):
         sys.stderr.write("warning: [red] 3 points\n")
@@ -209,7 +198,7 @@ def test_what_is_said_stands_above_the_bar_as_it_is(monkeypatch: pytest.MonkeyPa
 
 
 class Gone(Terminal):
-    """A terminal that was closed, or a log on a full disk, from its so many-th write on."""
+    """A terminal that is closed, or a log on a full disk, after a number of writes."""
 
     def __init__(self, after: int, *, is_terminal: bool) -> None:
         super().__init__()
@@ -228,7 +217,7 @@ class Gone(Terminal):
 
 @pytest.mark.parametrize("is_terminal", [True, False])
 @pytest.mark.parametrize("after", [0, 1, 4])
-def test_what_cannot_be_written_is_lost(
+def test_text_that_cannot_be_written_is_lost(
     monkeypatch: pytest.MonkeyPatch, after: int, is_terminal: bool
 ) -> None:
     terminal_of(monkeypatch)
@@ -249,7 +238,7 @@ def soon(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "MOMENT", 0.0)
 
 
-def test_what_takes_a_moment_is_not_worth_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compiling_for_a_moment_shows_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
     monkeypatch.setattr(progress, "MOMENT", 60.0)
     with Compiling():
@@ -257,7 +246,7 @@ def test_what_takes_a_moment_is_not_worth_a_word(monkeypatch: pytest.MonkeyPatch
     assert terminal.getvalue() == ""
 
 
-def test_a_terminal_gets_a_spinner_that_counts_and_goes_away(
+def test_a_terminal_gets_a_spinner_that_counts_and_disappears(
     soon: None, clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     terminal = terminal_of(monkeypatch)
@@ -274,7 +263,7 @@ def test_a_terminal_gets_a_spinner_that_counts_and_goes_away(
     assert not plain(after.rpartition("\x1b[2K")[2]).strip()
 
 
-def test_a_log_gets_the_word_at_once_and_then_ever_fewer_lines(
+def test_a_log_gets_the_message_at_once(
     soon: None, clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     log = Log(3)
@@ -285,7 +274,7 @@ def test_a_log_gets_the_word_at_once_and_then_ever_fewer_lines(
     assert set(log.getvalue().splitlines()) == {f"{WORD} (0:00)"}
 
 
-def test_it_goes_away_on_an_error(soon: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_message_disappears_on_an_error(soon: None, monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
 
     def failing() -> None:
@@ -304,7 +293,7 @@ def test_it_goes_away_on_an_error(soon: None, monkeypatch: pytest.MonkeyPatch) -
 
 
 class Cell:
-    """What is shown under the cell of a notebook; a handle of IPython."""
+    """A handle of IPython, with the pictures shown under the cell of a notebook."""
 
     def __init__(self) -> None:
         self.shown: list[str] = []
@@ -315,7 +304,7 @@ class Cell:
 
 @pytest.fixture
 def cell(monkeypatch: pytest.MonkeyPatch) -> Cell:
-    """A process that seems to be the kernel of a notebook."""
+    """Make this process look like the kernel of a notebook."""
     cell = Cell()
 
     def display(picture: str, *, display_id: bool) -> Cell:
@@ -332,9 +321,7 @@ def cell(monkeypatch: pytest.MonkeyPatch) -> Cell:
     return cell
 
 
-def test_a_notebook_gets_a_bar_that_goes_on_and_ends_with_the_last_state(
-    clock: Clock, cell: Cell
-) -> None:
+def test_a_notebook_gets_a_bar_that_ends_with_the_last_state(clock: Clock, cell: Cell) -> None:
     store = found(ok=1)
     counts = Counts(4, store)
     with display_of(counts):
@@ -346,7 +333,7 @@ def test_a_notebook_gets_a_bar_that_goes_on_and_ends_with_the_last_state(
     assert cell.shown[-1].startswith(f"{bar.format(4)} 4/4 points, 0 failed, 0:00 elapsed<br>")
 
 
-def test_a_notebook_is_told_that_kernels_are_compiled(soon: None, cell: Cell) -> None:
+def test_a_notebook_shows_that_kernels_are_compiled(soon: None, cell: Cell) -> None:
     with Compiling():
         wait_until(lambda: bool(cell.shown))
     assert cell.shown[0].startswith(WORD)

@@ -1,4 +1,4 @@
-"""Refined grids: which points are computed, and what lies between them."""
+"""Refined grids: the points that are computed, and the values interpolated between them."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ def made(grid: Grid, law: Law) -> np.ndarray:
 
 
 def refined(grid: Grid, full: np.ndarray, refine: Refine) -> tuple[np.ndarray, np.ndarray]:
-    """What a refinement makes of a grid whose rows are known: the mask computed, and the rows."""
+    """Refine a grid whose rows are known; return the mask of computed points, and all rows."""
     rows, refinement = np.full_like(full, np.nan), Refinement(refine, grid)
     for needed in refinement.rounds(lambda: rows):
-        assert needed[~np.isnan(rows[:, 0])].all()  # what was needed stays so
+        assert needed[~np.isnan(rows[:, 0])].all()  # needed points stay needed
         rows[needed] = full[needed]
     computed = ~np.isnan(rows[:, 0])
     numbers, between = refinement.interpolated(rows)
@@ -67,10 +67,10 @@ def tongue(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
     return {"regime": np.where(np.abs(omega - 12 - 0.4 * (T - 200)) < 1.1, 3, 2)}
 
 
-# --- which points ---------------------------------------------------------------------------------
+# --- computed points ------------------------------------------------------------------------------
 
 
-def test_where_nothing_changes_corners_and_middles_are_enough() -> None:
+def test_a_uniform_grid_needs_only_corners_and_middles() -> None:
     computed, rows = refined(grid_of(), made(grid_of(), flat), BOTH)
     expected = np.zeros((33, 33), dtype=bool)
     expected[::8, ::8] = expected[4::8, 4::8] = True
@@ -142,10 +142,10 @@ def test_one_axis_or_three_are_refined_as_well() -> None:
     assert computed.sum() == 5 * 5 * 2 + 4 * 4 * 1
 
 
-# --- what lies between ----------------------------------------------------------------------------
+# --- interpolated points --------------------------------------------------------------------------
 
 
-def test_between_the_points_values_are_multilinear_and_errors_those_of_the_middles() -> None:
+def test_interpolated_values_are_multilinear_with_the_errors_of_the_middles() -> None:
     grid = grid_of()
 
     def bowl(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
@@ -211,10 +211,10 @@ def test_a_refined_file_is_the_whole_cube(shell: Shell) -> None:
     write("a.yaml", MAP, LOOSE)
     code, out, err = shell("sweep", "a.yaml", "-o", "a.nc")
     assert code == 0
-    computed = len(set(shell.computed))  # what is doubtful at once is computed again
+    computed = len(set(shell.computed))  # doubtful points are computed again at once
     assert "289 points, " in out
     assert "interpolated: The point lies between computed ones" in err
-    ds, full = open_result(Path("a.nc")), run(from_mapping(_without_refine()))
+    ds, full = open_result(Path("a.nc")), run(write("b.yaml", AXES, LOOSE))
     filled = ds.status == Status.INTERPOLATED
     assert 40 < int(filled.sum()) < 250
     assert (ds.status == full.status).where(~filled, True).all()
@@ -222,17 +222,6 @@ def test_a_refined_file_is_the_whole_cube(shell: Shell) -> None:
     assert set(np.unique(ds.regime)) <= {*Regime}
     assert float(ds.elastic_stress_amplitude.isnull().sum()) == 0
     assert computed == 289 - int(filled.sum())
-
-
-def _without_refine() -> dict:
-    return {
-        "sweep": {
-            "T": {"linspace": [180, 300], "num": 17},
-            "omega": {"linspace": [10, 50], "num": 17},
-        },
-        "integrator": {"rtol": 1e-4},
-        "stationary": {"rtol": 1e-4},
-    }
 
 
 def test_a_plan_goes_from_the_coarse_points_to_all(shell: Shell) -> None:
@@ -243,7 +232,7 @@ def test_a_plan_goes_from_the_coarse_points_to_all(shell: Shell) -> None:
     assert "less if much of the grid is interpolated" in shell("plan", "a.yaml").out
 
 
-def test_another_refinement_computes_only_what_it_needs_more(shell: Shell) -> None:
+def test_a_finer_grid_computes_only_the_points_that_it_lacks(shell: Shell) -> None:
     write("a.yaml", MAP, LOOSE)
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     coarse = len(set(shell.computed))

@@ -1,4 +1,4 @@
-"""Run, resume and grow are one command: exactly the missing points are computed, none is lost."""
+"""Run, resume and grow are one command: it computes exactly the missing points and loses none."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def two_forms(name: str, form: str, coarse: str, fine: str) -> tuple[str, str]:
         ("sweep: {T: [200, 250]}\n", "cases: {T: [250, 200, 200], K: [3000, 3000, 4000]}\n", 1),
     ],
 )
-def test_a_result_that_grows_computes_exactly_what_it_lacks(
+def test_a_growing_result_computes_exactly_the_missing_points(
     shell: Shell, before: str, after: str, missing: int
 ) -> None:
     small, large = write("small.yaml", before, LOOSE), write("large.yaml", after, LOOSE)
@@ -77,7 +77,7 @@ def test_a_result_that_grows_computes_exactly_what_it_lacks(
     assert entries() == ["a.nc", "a.nc.timing.json", "large.yaml", "small.yaml"]
 
 
-def test_a_config_that_is_only_written_otherwise_is_recognised(shell: Shell) -> None:
+def test_the_same_config_in_other_words_is_recognised(shell: Shell) -> None:
     shell("sweep", write("a.yaml", "model: {K: 3000, X_m: 0.8e-6}\n", FOUR, LOOSE), "-o", "a.nc")
     old = Path("a.nc").read_bytes(), Path("a.nc").stat().st_mtime_ns
     again = write(
@@ -105,7 +105,7 @@ def test_a_new_title_rewrites_the_file_without_computing(shell: Shell) -> None:
     assert hash_of("a.nc") == hash_at_once("b.yaml")
 
 
-def test_history_keeps_the_lines_of_all_that_computed(shell: Shell) -> None:
+def test_history_keeps_the_lines_of_all_commands(shell: Shell) -> None:
     for count in (1, 2, 3):
         shell(
             "sweep",
@@ -118,10 +118,10 @@ def test_history_keeps_the_lines_of_all_that_computed(shell: Shell) -> None:
     assert ends == [f"stickslip sweep {count}.yaml -o a.nc" for count in (3, 2, 1)]
 
 
-# --- an interrupted sweep goes on, and grows ---
+# --- an interrupted sweep is resumed, and grows ---
 
 
-def test_an_interrupted_sweep_computes_what_is_missing_and_gives_the_same_bits(
+def test_an_interrupted_sweep_computes_the_missing_points_with_the_same_bits(
     shell: Shell,
 ) -> None:
     config = write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
@@ -174,7 +174,7 @@ def test_a_grown_journal_remembers_which_processors_computed_it(
     assert open_result(Path("a.nc")).attrs["processor"] == "new processor, old processor"
 
 
-def test_values_that_nearly_are_those_of_the_file_are_told(shell: Shell) -> None:
+def test_values_almost_equal_to_those_in_the_file_are_reported(shell: Shell) -> None:
     shell("sweep", write("a.yaml", "sweep: {K: [3000, 4000]}\n", LOOSE), "-o", "a.nc")
     near = np.nextafter(3000.0, 4000.0).item()
     large = write("b.yaml", f"sweep: {{K: [3000, {near!r}, 3000.01, 4000]}}\n", LOOSE)

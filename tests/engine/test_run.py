@@ -1,4 +1,4 @@
-"""`sweeps.run` with a file behind it: resumed, grown, refused, stopped, as on the command line."""
+"""`sweeps.run` with an output: resumed, grown, refused, stopped, as on the command line."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SMALLER = CONFIG | {"sweep": {"T": [200, 220]}}
 ONE_BY_ONE = CONFIG | {"execution": {"block_points": 1, "workers": 1}}
 
 
-def test_a_file_holds_what_is_returned(tmp_path: Path) -> None:
+def test_the_file_holds_the_returned_result(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     ds = run(CONFIG, output=path)
     assert content_hash(ds) == content_hash(open_result(path)) == content_hash(run(CONFIG))
@@ -53,7 +53,7 @@ def test_a_notebook_gets_no_message_as_an_error(
     assert capsys.readouterr() == (f"{path} is complete: 4 points, nothing to do\n", "")
 
 
-def test_existing_results_that_do_not_fit_are_refused_until_it_is_decided(tmp_path: Path) -> None:
+def test_existing_results_that_do_not_fit_are_refused_until_overwrite(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     run(CONFIG, output=path)
     with pytest.raises(RefusalError, match="no longer names"):
@@ -75,7 +75,7 @@ def interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("interrupted")
-def test_ctrl_c_is_an_exception_and_the_same_call_goes_on(
+def test_ctrl_c_is_an_exception_and_the_same_call_resumes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.nc"
@@ -92,14 +92,13 @@ def test_a_sweep_that_fails_altogether_stops_with_a_reason(tmp_path: Path) -> No
         run(hopeless, output=tmp_path / "a.nc")
 
 
-@pytest.mark.parametrize("source", [CONFIG, from_mapping(CONFIG)])
-def test_where_to_compute_may_be_given(source: Any) -> None:
-    given = run(source, workers=2, backend="loky")
-    assert content_hash(given) == content_hash(run(CONFIG))
+def test_a_config_may_be_computed_elsewhere_than_it_says() -> None:
+    elsewhere = run(from_mapping(CONFIG), workers=2, backend="loky")
+    assert content_hash(elsewhere) == content_hash(run(CONFIG))
 
 
 @pytest.mark.parametrize(
-    ("given", "error", "told"),
+    ("arguments", "error", "message"),
     [
         ({"workers": 0}, ConfigError, "run.*execution.workers: must be at least 1"),
         ({"backend": "gpu"}, ConfigError, "execution.backend: must be"),
@@ -111,10 +110,10 @@ def test_where_to_compute_may_be_given(source: Any) -> None:
     ],
 )
 def test_arguments_that_make_no_sense_are_refused(
-    given: dict[str, Any], error: type[Exception], told: str
+    arguments: dict[str, Any], error: type[Exception], message: str
 ) -> None:
-    with pytest.raises(error, match=told):
-        run(CONFIG, **given)
+    with pytest.raises(error, match=message):
+        run(CONFIG, **arguments)
 
 
 def test_a_config_with_problems_is_refused() -> None:
@@ -122,7 +121,7 @@ def test_a_config_with_problems_is_refused() -> None:
         run({"integrator": {"method": "euler-cromer", "dt": 1e-3}})
 
 
-def test_progress_in_memory_is_shown_where_it_is_asked_for(
+def test_progress_in_memory_is_shown_on_request(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sweeps.engine.progress.SECONDS_BETWEEN_LINES", 0.0)

@@ -1,4 +1,4 @@
-"""A journal that is damaged, cut or deleted while its sweep runs: no wrong number, nothing lost."""
+"""A journal damaged, cut or deleted while its sweep runs: no wrong number, and nothing is lost."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from sweeps.engine.sweep import JournaledResult
 from sweeps.files.journal import BYTES_PER_POINT, Journal
 
 A_YAML = "sweep: {temperature: [200, 210, 230, 250, 270]}\n" + LOOSE + ONE_BY_ONE
-RECORDS = 4 * BYTES_PER_POINT  # bytes of the four blocks that are there
+RECORDS = 4 * BYTES_PER_POINT  # bytes of the first four blocks
 RUN, JOURNAL = Path("a.nc.run"), Path("a.nc.run/journal")
 
 
 def disturbed(shell: Shell, block: int, harm: Callable[[], None]) -> tuple[int, str, int]:
-    """The sweep with `harm` done before the block of that number, from 1: code, words, points."""
+    """Run the sweep with `harm` before block number `block`, from 1: code, messages, points."""
     begun = 0
 
     def disturb(_: np.ndarray) -> None:
@@ -47,7 +47,7 @@ def flip(path: Path, place: int, mask: int = 0x10) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("flips", one_then("faults", [6, 200]))
-def test_a_byte_that_changes_while_it_runs_costs_its_block_alone(shell: Shell, flips: int) -> None:
+def test_a_byte_damaged_during_the_sweep_costs_only_its_block(shell: Shell, flips: int) -> None:
     expected, rng = hash_at_once("a.yaml"), np.random.default_rng(3)
     for _ in range(flips):
         place, mask = int(rng.integers(1, RECORDS)), int(rng.integers(1, 256))
@@ -69,7 +69,7 @@ HARMS: dict[str, Callable[[], None]] = {
 
 
 @pytest.mark.parametrize("harm", HARMS.values(), ids=HARMS)
-def test_a_journal_that_is_cut_or_deleted_while_it_runs_is_made_again(
+def test_a_journal_cut_or_deleted_during_the_sweep_is_made_again(
     shell: Shell, harm: Callable[[], None]
 ) -> None:
     expected = hash_at_once("a.yaml")
@@ -77,7 +77,7 @@ def test_a_journal_that_is_cut_or_deleted_while_it_runs_is_made_again(
     assert (code, hash_of("a.nc")) == (0, expected), err
 
 
-def test_a_journal_that_is_damaged_again_and_again_is_told_and_kept(
+def test_a_journal_damaged_again_and_again_is_reported_and_kept(
     shell: Shell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = hash_at_once("a.yaml")
@@ -98,7 +98,7 @@ def test_a_journal_that_is_damaged_again_and_again_is_told_and_kept(
     assert hash_of("a.nc") == expected
 
 
-def test_a_result_that_lacks_points_never_takes_a_place(
+def test_a_result_without_all_points_replaces_nothing(
     shell: Shell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0

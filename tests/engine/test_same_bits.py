@@ -1,4 +1,4 @@
-"""Every kind of sweep has the same bits however it is executed, killed and resumed."""
+"""Every kind of sweep gives the same bits, however it is executed, killed and resumed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ integrator: {rtol: 1e-4}
 stationary: {rtol: 1e-4, window: 20}
 """,
 }
-# How many points a block has, and within which blocks for the journal the sweep is killed.
+# The number of points in a block, and the appends to the journal during which the sweep is killed.
 KILLS = {"followed": (None, [1]), "refined": (16, [1, 7]), "stochastic": (1, [1, 2])}
 
 

@@ -1,4 +1,4 @@
-"""What a config asks for reaches the integrators, and an unstable fixed step is told beforehand."""
+"""Settings of a config reach the integrators, and an unstable fixed step is reported first."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def fixed(dt: float, **config: Any) -> list[tuple[str, str]]:
     return list(unstable_step(from_mapping({"integrator": integrator, **config})))
 
 
-def test_an_empty_config_asks_for_the_defaults_of_the_integrators() -> None:
+def test_an_empty_config_gives_the_defaults_of_the_integrators() -> None:
     assert options_of(from_mapping({})) == Options()
 
 
@@ -56,10 +56,10 @@ def test_each_setting_changes_its_own_option_alone(
 
 
 def test_a_cluster_without_the_address_of_its_scheduler_is_refused() -> None:
-    told = "execution.backend: `dask` needs the address of a scheduler"
-    with pytest.raises(ConfigError, match=told):
+    message = "execution.backend: `dask` needs the address of a scheduler"
+    with pytest.raises(ConfigError, match=message):
         read_config({"execution": {"backend": "dask"}})
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         run(from_mapping({}), backend="dask")
     there = ["execution.scheduler=tcp://localhost:8786"]
     assert read_config({"execution": {"backend": "dask"}}, there).execution.backend == "dask"
@@ -74,7 +74,7 @@ def test_the_friction_law_reaches_the_integrators() -> None:
         options_of(config)
 
 
-def test_an_adaptive_config_has_no_step_to_refuse_or_warn_about() -> None:
+def test_an_adaptive_config_has_no_step_to_check() -> None:
     config = from_mapping({"model": {"kinetic_coefficient": 1e6}})
     assert [*unstable_step(config), *coarse_step(config)] == []
 
@@ -88,16 +88,8 @@ def test_the_largest_stable_step_itself_is_allowed() -> None:
     assert f"{bound:.1g}"[-4:] in message  # the power of ten
 
 
-def test_one_stable_point_is_enough() -> None:
-    temperatures = [150.0, 200.0, 320.0]
-    largest = max(limit(temperature=T) for T in temperatures)
-    assert limit(temperature=150.0) < largest
-    assert fixed(largest, sweep={"temperature": temperatures}) == []
-    assert len(fixed(1.001 * largest, sweep={"temperature": temperatures})) == 1
-
-
 @pytest.mark.parametrize("position", range(5))
-def test_the_stable_point_is_found_in_any_chunk(
+def test_one_stable_point_in_any_chunk_is_enough(
     monkeypatch: pytest.MonkeyPatch, position: int
 ) -> None:
     monkeypatch.setattr(settings, "CHUNK", 2)

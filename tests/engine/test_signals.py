@@ -1,13 +1,10 @@
-"""Ending early: durations as people write them, the first reason, work that nobody waits for."""
+"""Ending early: durations, the first reason, signals, and work that a stop does not wait for."""
 
 from __future__ import annotations
 
 import os
-import pty
 import re
-import select
 import signal
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -17,30 +14,12 @@ import numpy as np
 import pytest
 from support.sweeps.processes import HANGS, Running, default_signals
 from support.sweeps.sweeping import LOOSE, Shell, hash_at_once, hash_of, write
+from support.sweeps.watching import HIDDEN, VISIBLE, Clock, OnTerminal
 
 from stickslip.dispatch import stop as stopping
 from stickslip.dispatch import task as worker
-from sweeps.engine import signals
 from sweeps.engine.signals import Stop, interruptible, listening, parse_duration, wait_for
 from sweeps.exits import Exit
-
-
-class Clock:
-    """Monotonic time that goes on when it is told to."""
-
-    def __init__(self) -> None:
-        self.now = 1000.0
-
-    def monotonic(self) -> float:
-        return self.now
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    clock = Clock()
-    for module in (signals, stopping):
-        monkeypatch.setattr(module, "time", clock)
-    return clock
 
 
 @pytest.mark.parametrize(
@@ -61,7 +40,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
         ("2h ", 7200),
     ],
 )
-def test_durations_are_read_as_they_are_written(text: str, seconds: float) -> None:
+def test_durations_are_read_as_people_write_them(text: str, seconds: float) -> None:
     assert parse_duration(text) == seconds
 
 
@@ -70,16 +49,11 @@ def test_durations_are_read_as_they_are_written(text: str, seconds: float) -> No
     [
         *("", "  ", "h", "1x", "1h30", "-1h", "1 hour", "2H", "1e3", "inf", "nan", "1:30", "1,5h"),
         *(".5h", "1.h", "1.5.2", "h1", "2h, 3m", "0x10", "1h-30m"),
+        *("30 1h", "1 2 3s", "1 30min"),  # a number without a unit before others
     ],
 )
-def test_what_is_no_duration_is_refused_with_examples(text: str) -> None:
+def test_other_texts_are_refused_with_examples_of_durations(text: str) -> None:
     with pytest.raises(ValueError, match="is no duration; write for example 2h, 90min"):
-        parse_duration(text)
-
-
-@pytest.mark.parametrize("text", ["30 1h", "1 2 3s", "1 30min"])
-def test_a_number_without_a_unit_before_others_is_no_duration(text: str) -> None:
-    with pytest.raises(ValueError, match="is no duration"):
         parse_duration(text)
 
 
@@ -99,7 +73,7 @@ def test_nothing_stops_without_a_reason(clock: Clock) -> None:
     assert stop.reason == ""
 
 
-def test_the_time_that_was_granted_ends(clock: Clock) -> None:
+def test_a_stop_is_requested_when_the_granted_time_is_over(clock: Clock) -> None:
     stop = Stop(10.0)
     clock.now += 9.9
     assert not stop.requested
@@ -108,7 +82,7 @@ def test_the_time_that_was_granted_ends(clock: Clock) -> None:
     assert stop.reason == "the time of --max-runtime is over"
     assert stop.code == Exit.STOPPED
     clock.now -= 5.0
-    assert stop.requested  # once and for all
+    assert stop.requested  # for good
 
 
 def test_the_first_reason_counts(clock: Clock) -> None:
@@ -160,7 +134,7 @@ def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(
     assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before
 
 
-def test_a_signal_while_nothing_is_in_flight_says_that_it_is_heard(
+def test_a_signal_with_nothing_in_flight_is_acknowledged(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     with default_signals(), listening(Stop()):
@@ -168,7 +142,7 @@ def test_a_signal_while_nothing_is_in_flight_says_that_it_is_heard(
     assert capsys.readouterr().err == "\nCtrl-C: ending\n"
 
 
-def test_elsewhere_than_in_the_main_thread_signals_are_left_alone() -> None:
+def test_outside_the_main_thread_signal_handlers_stay() -> None:
     found = []
     before = signal.getsignal(signal.SIGINT)
 
@@ -185,14 +159,14 @@ def test_elsewhere_than_in_the_main_thread_signals_are_left_alone() -> None:
 # --- waiting ---
 
 
-def test_work_is_waited_for() -> None:
+def test_work_is_done_in_another_thread() -> None:
     done = []
     assert wait_for(lambda: done.append(threading.current_thread()), Stop())
-    assert len(done) == 1
-    assert done[0] is not threading.main_thread()
+    assert done == [interruptible(lambda: done[0])]
+    assert threading.main_thread() not in (*done, interruptible(threading.current_thread))
 
 
-def test_work_is_not_waited_for_when_a_stop_is_requested() -> None:
+def test_a_requested_stop_does_not_wait_for_work() -> None:
     stop, begun, go_on = Stop(), threading.Event(), threading.Event()
 
     def work() -> None:
@@ -218,10 +192,9 @@ def test_errors_of_the_work_are_raised(
     assert caught.value is error
 
 
-# --- Ctrl-C during work that does not look for signals ---
+# --- Ctrl-C during work that does not check for signals ---
 
-# Minutes of work in blocks of one point: whatever the machine, the signal comes while it runs.
-# Longer than anyone waits for a signal, but far from the hour above which a terminal is asked.
+# Minutes of work in blocks of one point: on any machine the signal comes while it runs.
 LONG = """\
 sweep:
   temperature: {linspace: [150, 320], num: 2000}
@@ -229,11 +202,6 @@ integrator: {rtol: 1e-8}
 stationary: {rtol: 1e-8}
 execution: {block_points: 1}
 """
-
-
-def test_work_is_done_in_another_thread_and_its_result_comes_back() -> None:
-    assert interruptible(lambda: 42) == 42
-    assert interruptible(threading.current_thread) is not threading.main_thread()
 
 
 @pytest.mark.parametrize("stubborn", ["time.sleep(1000)", "while_true()"])
@@ -258,7 +226,7 @@ def left_over(folder: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("more", ["follow: omega\n", "execution: {block_points: 12}\n"])
-def test_a_stop_gives_up_what_takes_longer_than_a_while(
+def test_a_stop_gives_up_blocks_that_take_too_long(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, more: str
 ) -> None:
     monkeypatch.setattr(stopping, "LONGEST_STOP", 0.2)
@@ -280,62 +248,24 @@ def test_a_stop_gives_up_what_takes_longer_than_a_while(
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 
-def in_run_folder(output: str) -> list[str]:
-    names = ("heartbeat.json", "journal", "journal.json", "lock")
-    return [f"{output}.run/{name}" for name in names]
-
-
-@pytest.mark.slow
-def test_ctrl_c_during_a_sweep(tmp_path: Path) -> None:
-    (tmp_path / "a.yaml").write_text(LONG)
-    child = Running("-m", "sweeps.cli", "sweep", "a.yaml", cwd=tmp_path)
-    child.says(" points/s, ")  # compiled and under way
-    assert child.err.startswith("2000 points; 2000 to compute\n")
-    child.signal(signal.SIGINT)
-    code, out, err = child.ended()
-    assert (code, out) == (130, "")
-    heard, at_once, kept, again = err[err.index("\nCtrl-C") :].strip().splitlines()
-    assert re.fullmatch(r"Ctrl-C: finishing [12] points? in flight.*\.", heard)
-    assert at_once == "Another Ctrl-C ends at once and gives up what is in flight."
-    assert re.fullmatch(
-        r"Stopped: Ctrl-C\. \d+ of 2000 points are kept in results/a\.nc\.run\. To resume:", kept
-    )
-    assert again == "  stickslip sweep a.yaml"
-    assert left_over(tmp_path) == ["a.yaml", *in_run_folder("results/a.nc")]
-
-
 @pytest.mark.slow
 def test_ctrl_c_on_a_terminal_shows_the_cursor_again(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(LONG)
     old = tmp_path / "a.nc"
     old.write_bytes(b"an older result")
-    sweep = [sys.executable, "-m", "sweeps.cli", "sweep", "a.yaml", "-o", "a.nc", "--overwrite"]
-    with default_signals():
-        child, terminal = pty.fork()
-        if child == 0:  # still within: what is ignored here would be ignored there
-            os.chdir(tmp_path)
-            os.environ["TERM"] = "xterm"
-            os.execv(sys.executable, sweep)
-    seen, sent = b"", False
-    while select.select([terminal], [], [], HANGS)[0]:
-        try:
-            seen += os.read(terminal, 65536)
-        except OSError:  # the other end has closed
-            break
-        if not sent and b"points/s" in seen:
-            os.write(terminal, b"\x03")
-            sent = True
-    os.close(terminal)  # which ends a child that hangs
-    assert sent
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 130
-    tail = seen[seen.rindex(b"\x1b[?25l") :].decode()
-    bar, message = tail.split("\x1b[?25h")
+    sweep = ["sweep", "a.yaml", "-o", "a.nc", "--overwrite"]
+    child = OnTerminal("from sweeps.cli import main; main()", *sweep, folder=tmp_path)
+    child.shows("points/s")
+    child.types(b"\x03")
+    assert child.ended() == 130
+    bar, message = child.text[child.text.rindex(HIDDEN) :].split(VISIBLE)
     assert "/2000" in bar
     assert re.search(r"Ctrl-C: finishing [12] points? in flight", bar)
     assert message.strip().startswith("Stopped: Ctrl-C. ")
     assert message.strip().endswith("To resume:\r\n  stickslip sweep a.yaml -o a.nc")
     assert old.read_bytes() == b"an older result"
-    assert left_over(tmp_path) == ["a.nc", *in_run_folder("a.nc"), "a.yaml"]
+    in_run = [f"a.nc.run/{name}" for name in ("heartbeat.json", "journal", "journal.json", "lock")]
+    assert left_over(tmp_path) == ["a.nc", *in_run, "a.yaml"]
 
 
 @pytest.mark.slow

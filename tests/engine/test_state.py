@@ -1,4 +1,4 @@
-"""`status`, `plan`, log and signals: how a sweep stands, what it would take, how it is ended."""
+"""`status`, `plan` and signals: the state of a sweep, its estimate, and its end."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ IN_ONE = "execution: {workers: 1, block_points: 2000}\n"
 # --- status ---
 
 
-def told(shell: Shell, target: str) -> dict[str, Any]:
-    """What `status --json` says, which changes nothing."""
+def state_of(shell: Shell, target: str) -> dict[str, Any]:
+    """The output of `status --json`, which changes nothing."""
     before = everything()
     code, out, err = shell("status", target, "--json")
     assert (code, err) == (0, "")
@@ -51,7 +51,7 @@ def told(shell: Shell, target: str) -> dict[str, Any]:
 
 def test_status_of_nothing(shell: Shell) -> None:
     for target in ("a.nc", "a.yaml"):
-        assert told(shell, target) == {"output": "a.nc", "state": "absent"}
+        assert state_of(shell, target) == {"output": "a.nc", "state": "absent"}
         code, out, err = shell("status", target)
         assert (code, out) == (5, "")
         assert err == "a.nc does not exist, and no sweep to this file was ever started\n"
@@ -74,7 +74,7 @@ def test_status_of_an_interrupted_a_partial_and_a_complete_sweep(shell: Shell) -
         "pending": 4 - done,
         "statuses": {"ok": done},
     }
-    assert told(shell, "a.yaml") == told(shell, "a.nc") == expected
+    assert state_of(shell, "a.yaml") == state_of(shell, "a.nc") == expected
     assert shell("status", "a.nc").out.splitlines()[:2] == [
         "a.nc: interrupted",
         f"{done} of 4 points done, 0 failed",
@@ -86,19 +86,19 @@ def test_status_of_an_interrupted_a_partial_and_a_complete_sweep(shell: Shell) -
         assert "--partial writes the points finished so far" in err
     shell("sweep", "a.yaml", "--partial")
     assert shell("export", "a.nc").code == 0
-    assert told(shell, "a.nc") == expected
+    assert state_of(shell, "a.nc") == expected
     shutil.rmtree("a.nc.run")
-    assert told(shell, "a.nc") == expected | {"state": "partial"}
+    assert state_of(shell, "a.nc") == expected | {"state": "partial"}
     shell.disturb = poison
     shell("sweep", "a.yaml", "--overwrite")
     complete = {"state": "complete", "done": 4, "failed": 1, "pending": 0}
-    assert told(shell, "a.nc") == expected | complete | {"statuses": {"ok": 3, "failed": 1}}
+    assert state_of(shell, "a.nc") == expected | complete | {"statuses": {"ok": 3, "failed": 1}}
     code, out, err = shell("status", "a.yaml")
     assert (code, err) == (0, "")
     assert out.splitlines()[:2] == ["a.nc: complete", "4 of 4 points done, 1 failed"]
     assert "  1 failed: The computation raised an exception" in out
     shell("sweep", "a.yaml", "-o", "b.nc", "--keep-journal")
-    assert told(shell, "b.nc")["state"] == "complete"
+    assert state_of(shell, "b.nc")["state"] == "complete"
 
 
 def test_status_of_what_cannot_be_read(shell: Shell) -> None:
@@ -113,8 +113,8 @@ def test_status_of_what_cannot_be_read(shell: Shell) -> None:
 def test_status_of_a_running_sweep_does_not_disturb_it(shell: Shell) -> None:
     write("long.yaml", LONG, "execution: {block_points: 1}\n")
     running = child(["sweep", "long.yaml"])
-    wait_until(lambda: told_roughly(shell).get("done", 0) > 0, running.is_alive)
-    state = told_roughly(shell)
+    wait_until(lambda: running_state(shell).get("done", 0) > 0, running.is_alive)
+    state = running_state(shell)
     assert state["state"] == "running"
     assert state["points"] == 2000
     assert state["pid"] == running.pid
@@ -133,18 +133,18 @@ def test_status_of_a_running_sweep_does_not_disturb_it(shell: Shell) -> None:
     os.kill(running.pid, signal.SIGTERM)
     running.join(HANGS)
     assert running.exitcode == 4
-    assert told(shell, "a.nc")["done"] >= state["done"]
+    assert state_of(shell, "a.nc")["done"] >= state["done"]
 
 
-def told_roughly(shell: Shell) -> dict[str, Any]:
-    """What `status --json` says of a sweep that goes on meanwhile."""
+def running_state(shell: Shell) -> dict[str, Any]:
+    """The output of `status --json` for a sweep that is running."""
     return dict(json.loads(shell("status", "a.nc", "--json").out))
 
 
 # --- plan ---
 
 
-def test_plan_tells_points_blocks_bytes_and_time_and_writes_nothing(shell: Shell) -> None:
+def test_plan_prints_points_blocks_bytes_and_time_and_writes_nothing(shell: Shell) -> None:
     write("b.yaml", "sweep: {T: {linspace: [150, 320], num: 200}, gamma: [0, 2/3]}\n", LOOSE)
     code, out, err = shell("plan", "b.yaml", "--workers", "3")
     assert (code, err) == (0, "")
@@ -152,14 +152,14 @@ def test_plan_tells_points_blocks_bytes_and_time_and_writes_nothing(shell: Shell
     assert points == "points: 400"
     assert int(blocks.removeprefix("blocks: ")) >= 1
     assert size == "bytes: up to 35.2 KiB for the result, 96.9 KiB for the journal while it runs"
-    told = r"time: .* s on 3 workers \(threads\), from a sample of (\d+); rare points that .*"
-    found = re.fullmatch(told, duration)
+    pattern = r"time: .* s on 3 workers \(threads\), from a sample of (\d+); rare points that .*"
+    found = re.fullmatch(pattern, duration)
     assert found is not None
     assert 0 < int(found[1]) <= 400
     assert entries() == ["a.yaml", "b.yaml"]
 
 
-def test_plan_counts_what_is_there(shell: Shell) -> None:
+def test_plan_counts_existing_points(shell: Shell) -> None:
     shell.interrupted("sweep", "a.yaml", after=2)
     there = len(shell.computed)
     before = everything()
@@ -176,14 +176,11 @@ def test_plan_counts_what_is_there(shell: Shell) -> None:
     assert everything() == before
 
 
-# --- the log ---
-
-
 # --- signals ---
 
 
 def begun(*parts: str) -> Any:
-    """A sweep in a process of its own that computes its first block."""
+    """A sweep in another process, which is computing its first block."""
     process = child(["sweep", write("long.yaml", LONG, *parts)], begun="begun")
     wait_until(Path("begun").exists, process.is_alive)
     return process
@@ -193,7 +190,7 @@ def begun(*parts: str) -> Any:
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 4), (signal.SIGHUP, 4)]
 )
-def test_a_signal_finishes_what_is_in_flight_and_says_how_to_go_on(
+def test_a_signal_finishes_blocks_in_flight_and_prints_how_to_resume(
     shell: Shell, number: signal.Signals, code: int
 ) -> None:
     process = begun("execution: {block_points: 1}\n")
@@ -208,11 +205,11 @@ def test_a_signal_finishes_what_is_in_flight_and_says_how_to_go_on(
     kept = re.search(rf"Stopped: {name}\. (\d+) of 2000 points are kept in a\.nc\.run\.", said)
     assert kept
     assert said.endswith("To resume:\n  stickslip sweep long.yaml\n")
-    state = told(shell, "a.nc")
+    state = state_of(shell, "a.nc")
     assert (state["state"], state["done"]) == ("interrupted", int(kept[1]))
     shell.interrupted("sweep", "long.yaml", after=1)
     more = len(shell.computed)
-    assert told(shell, "a.nc")["done"] == int(kept[1]) + more > int(kept[1])
+    assert state_of(shell, "a.nc")["done"] == int(kept[1]) + more > int(kept[1])
 
 
 @pytest.mark.slow

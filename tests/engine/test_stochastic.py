@@ -1,11 +1,11 @@
-"""Sweeps of stochastic films: the same file however they are computed."""
+"""Sweeps and trajectories of stochastic films."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-from support.sweeps.sweeping import Shell, write
+from support.sweeps.sweeping import Shell
 
 from stickslip import Status
 from sweeps.config.load import from_mapping
@@ -14,7 +14,7 @@ from sweeps.figures import draw
 from sweeps.files.netcdf import open_result
 from sweeps.points import point_of
 
-FILMS = """
+A_YAML = """
 model: {omega: 15}
 sweep: {T: [190, 200, 210, 220, 300], gamma: [-2/3, 0]}
 noise: {treatment: stochastic, realizations: 3, seed: 5}
@@ -24,7 +24,6 @@ stationary: {rtol: 1e-4, window: 20}
 
 
 def test_another_seed_makes_other_points(shell: Shell) -> None:
-    write("a.yaml", FILMS)
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--set", "noise.seed=6")
     assert code == 2
@@ -32,7 +31,6 @@ def test_another_seed_makes_other_points(shell: Shell) -> None:
 
 
 def test_a_point_of_a_stochastic_result_is_computed_again_and_drawn(shell: Shell) -> None:
-    write("a.yaml", FILMS)
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     point = point_of(open_result(Path("a.nc")), ["T=200", "gamma=0"])
     assert point.status == Status.OK

@@ -1,4 +1,4 @@
-"""What the engine decides on its way: to ask, to warn, to refuse before anything is computed."""
+"""Warnings and refusals of a sweep, and files left in its run folder."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ CONFIG = {
 
 
 def swept(path: Path) -> list[str]:
-    """Compute a sweep; returns what was said on the way."""
+    """Compute a sweep; return its messages."""
     lines: list[str] = []
     sweep(from_mapping(CONFIG), path, say=lines.append, progress=False)
     return lines
 
 
-def test_another_kind_of_processor_is_told_and_noted(
+def test_another_kind_of_processor_is_reported_and_noted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, kinds = tmp_path / "a.nc", iter(["zen9"] * 3 + ["raptor"] * 99)
     monkeypatch.setattr(worker, "processor", lambda: next(kinds))
-    first, *told = swept(path)
+    first, *warnings = swept(path)
     assert first == "40 points; 40 to compute"
-    assert told == [
+    assert warnings == [
         "warning: a raptor processor joins points computed on zen9: the last digits may differ "
         "between them"
     ]
     assert open_result(path).attrs["processor"] == "raptor, zen9"
 
 
-def test_a_disk_without_room_is_told_before_anything_is_computed(
+def test_a_disk_without_room_is_reported_before_the_sweep(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usage = namedtuple("usage", "total used free")
@@ -57,7 +57,7 @@ def test_a_disk_without_room_is_told_before_anything_is_computed(
         swept(tmp_path / "a.nc")
 
 
-def test_leftovers_of_a_killed_run_are_taken_away(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_run_are_removed(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     folder = RunFolder(path)
     folder.path.mkdir()
@@ -67,7 +67,7 @@ def test_leftovers_of_a_killed_run_are_taken_away(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.nc"]
 
 
-def test_a_file_that_is_not_ours_stays_in_the_folder(tmp_path: Path) -> None:
+def test_a_foreign_file_stays_in_the_folder(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     folder = RunFolder(path)
     folder.path.mkdir()

@@ -1,4 +1,4 @@
-"""Trajectories from a config: the same numbers as from Python, with the provenance of a file."""
+"""Trajectories of a config: the numbers of `simulate`, with the provenance of a file."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_budgets_reach_the_trajectory() -> None:
     assert caught.value.status is Status.NOT_STATIONARY
 
 
-def test_a_trajectory_carries_where_it_comes_from(tmp_path: Path) -> None:
+def test_a_trajectory_has_its_provenance(tmp_path: Path) -> None:
     settings = config(model={"T": 250})
     write_dataset(trajectory(settings), tmp_path / "a.nc")
     ds = open_result(tmp_path / "a.nc")
@@ -101,7 +101,7 @@ def test_an_axis_left_is_refused_with_a_way_out_that_works(
 
 @pytest.mark.stress
 @pytest.mark.parametrize("method", ["{method: adaptive}", "{method: euler-cromer, dt: 1e-8}"])
-def test_all_that_is_compiled_is_compiled_while_that_is_told(tmp_path: Path, method: str) -> None:
+def test_all_kernels_are_compiled_in_advance(tmp_path: Path, method: str) -> None:
     code = (
         "import sys\n"
         "from pathlib import Path\n"

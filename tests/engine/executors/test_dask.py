@@ -1,4 +1,4 @@
-"""Sweeps on a dask cluster that is there already: whatever joins, dies or does not fit."""
+"""Sweeps on an existing dask cluster whose workers and scheduler join, die or do not fit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from support.sweeps.workers import (
     FREE,
     IMPATIENT,
     POINTS,
-    POISON,
     ROOT,
     Cluster,
     command,
@@ -34,13 +33,13 @@ from support.sweeps.workers import (
     number_of_tasks,
     open_gate,
     poisoned_block,
+    require_poison_alone,
     wait_for_blocks,
 )
 
 from stickslip import stationary_orbits
 from stickslip.dispatch.errors import ExecutorError, WorkersLostError
 from stickslip.dispatch.task import Task
-from stickslip.status import Status
 from sweeps import fit
 from sweeps.engine.executors import dask as dask_executor
 from sweeps.engine.executors.dask import ClusterExecutor
@@ -150,10 +149,7 @@ def test_a_point_that_kills_its_worker_costs_itself_alone(
     ) as cluster:
         there = f"execution={{backend: dask, scheduler: '{cluster.scheduler_address}'}}"
         found = run(read_config("a.yaml", [there, *changes])).squeeze()
-    poison = found.temperature == POISON
-    assert found.status.where(poison, drop=True) == Status.FAILED
-    assert found.where(~poison, drop=True).equals(sound.where(~poison, drop=True))
-    assert [r.message for r in caplog.records if "failed" in r.message and "250.0" in r.message]
+    require_poison_alone(found, sound, caplog)
 
 
 @pytest.mark.faults
@@ -173,7 +169,7 @@ def test_a_sweep_without_workers_waits_for_new_ones(cluster: Cluster, expected: 
 
 
 @pytest.mark.slow
-def test_the_time_is_over_without_workers_too(cluster: Cluster) -> None:
+def test_the_granted_time_ends_without_workers_too(cluster: Cluster) -> None:
     sweep = command("--scheduler", cluster.address, "--max-runtime", "2s", hook=IMPATIENT)
     code, err = ended(sweep)
     assert code == 4
@@ -181,7 +177,7 @@ def test_the_time_is_over_without_workers_too(cluster: Cluster) -> None:
 
 
 @pytest.mark.faults
-def test_what_is_finished_survives_the_death_of_the_scheduler(
+def test_finished_points_survive_the_death_of_the_scheduler(
     cluster: Cluster, expected: str
 ) -> None:
     cluster.worker(), cluster.worker()
@@ -230,7 +226,7 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("address", "said"),
+    ("address", "message"),
     [
         ("tls://127.0.0.1:1", "needs certificates in dask's configuration"),
         ("inproc://x", "a cluster within another process"),
@@ -243,12 +239,12 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
         ),
     ],
 )
-def test_an_address_that_never_answers_is_a_mistake(address: str, said: str) -> None:
+def test_an_address_that_never_answers_is_a_usage_error(address: str, message: str) -> None:
     """A script that gives the same command again would do so for ever."""
     code, err = ended(command("--scheduler", address))
     assert code == 2
     assert err.startswith(address)
-    assert said in err
+    assert message in err
     assert err.count("\n") == 1
 
 
@@ -264,15 +260,15 @@ def test_a_scheduler_that_is_not_there_is_named(scheme: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("problem", "told"),
+    ("problem", "message"),
     [
         ("other sources", "a worker has other sources of stickslip"),
         ("none", "cannot compute a block (ModuleNotFoundError: not here)"),
     ],
 )
 @pytest.mark.faults
-def test_a_worker_with_other_sources_or_none_is_told(
-    cluster: Cluster, folder: Path, problem: str, told: str
+def test_a_worker_with_other_sources_or_none_is_reported(
+    cluster: Cluster, folder: Path, problem: str, message: str
 ) -> None:
     path = folder / "packages"
     if problem == "none":
@@ -286,7 +282,7 @@ def test_a_worker_with_other_sources_or_none_is_told(
     cluster.worker(str(path))
     code, err = ended(command("--scheduler", cluster.address))
     assert code == 4
-    assert told in err
+    assert message in err
     assert "install the same version" in err
     assert err.count("\n") == 1
 

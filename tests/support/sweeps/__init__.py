@@ -1,1 +1,1 @@
-"""What tests of configs, files, sweeps and the command line share."""
+"""Helpers for tests of configs, files, sweeps and the command line."""

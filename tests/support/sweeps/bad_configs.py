@@ -260,7 +260,7 @@ SWEEPS: list[tuple[str, str | bytes, Outcome]] = [
     ("no noise, solid start", "model: {phi_0: 0.6}\nnoise: {treatment: none}\n", valid),
 ]  # fmt: skip
 
-# The bounds themselves are those of the registry, which tests/test_parameters.py tries one by one.
+# The bounds come from the registry; tests/test_parameters.py tries each of them.
 BOUNDS: list[tuple[str, str | bytes, Outcome]] = [
     (text, f"model: {{{text}}}\n", outcome)
     for text, outcome in {

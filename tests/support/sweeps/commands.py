@@ -1,4 +1,4 @@
-"""Commands of the command line, in this process or another, and what they give back."""
+"""Commands of the command line, in this process or another, and their results."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Command = Callable[..., Result]
 def result_of(
     arguments: Iterable[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Result:
-    """The command in this process, by its real entry point."""
+    """Run a command in this process through its real entry point."""
     monkeypatch.setattr(sys, "argv", ["stickslip", *arguments])
     with pytest.raises(SystemExit) as ended:
         main()
@@ -49,7 +49,7 @@ def result_of(
 
 
 def process(*arguments: str, environment: dict[str, str] | None = None, **settings: Any) -> Result:
-    """The command in a process of its own."""
+    """Run a command in a new process."""
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | settings
     done = subprocess.run(
         [sys.executable, "-m", "sweeps.cli", *arguments],
@@ -64,5 +64,5 @@ def process(*arguments: str, environment: dict[str, str] | None = None, **settin
 
 
 def entries(folder: Path | str = ".") -> list[str]:
-    """The names in a folder, in order."""
+    """The sorted names in a folder."""
     return sorted(path.name for path in Path(folder).iterdir())

@@ -1,4 +1,4 @@
-"""Configs that tests share, and what is said of one that is refused."""
+"""Configs that tests share, and the problems of a refused config."""
 
 from __future__ import annotations
 
@@ -11,16 +11,13 @@ from sweeps.config.schema import Section
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
-
 SECTIONS: dict[str, type[Section]] = {
     name: field.annotation
     for name, field in Config.model_fields.items()
     if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
 }
 
-
 SHIPPED = sorted(CONFIGS.glob("*.yaml"))
-
 
 EXAMPLE = """\
 title: Fig. 7 - amplitudes

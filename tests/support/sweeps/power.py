@@ -1,8 +1,8 @@
-"""A disk whose power may fail: what a command did to its files, replayed up to any moment.
+"""A disk whose power may fail: the file operations of a command, replayed up to any moment.
 
-What was written to a file since it was last flushed may be there or not, each write for itself.
-Names that were given, taken or exchanged since a folder was last flushed are there up to one of
-them: file systems keep one log of all names, in order.
+Each write to a file since its last flush may be lost or not, independently of the others. Of the
+changes of names since the last flush of a folder, all after one of them may be lost: file systems
+keep one log of all names, in order.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from typing import Any, NamedTuple
 import pytest
 
 _ALL, _DRAWN = 10, 1000
-_PASSING = ("lock", "heartbeat.json")  # nobody reads them after the power was back
+_PASSING = ("lock", "heartbeat.json")  # nobody reads them after a power cut
 
 Names = dict[str, int]
 Contents = dict[int, bytearray]
 
 
 class Operation(NamedTuple):
-    """What was done: to the contents of a file, which has a number, or to a name of a folder."""
+    """An operation on the contents of a file, which has a number, or on a name in a folder."""
 
     what: str
     file: int = 0
@@ -36,7 +36,7 @@ class Operation(NamedTuple):
 
 
 class Disk:
-    """The files of this folder before a command, and all that it does to them."""
+    """The files of a folder before a command, and all operations of the command on them."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder.resolve()
@@ -56,7 +56,7 @@ class Disk:
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Take note of what this process does meanwhile."""
+        """Record the operations of this process in the meantime."""
         with pytest.MonkeyPatch.context() as patch:
             self._watch(patch, os, "open", self._opened)
             self._watch(patch, os, "pwrite", lambda _, h, data, at: self._wrote(h, at, data))
@@ -72,7 +72,7 @@ class Disk:
             yield
 
     def after(self, count: int, left_out: frozenset[int]) -> dict[str, tuple[bytes, int]]:
-        """Return what a disk has, and since when, after so many operations without some."""
+        """Return the files and their times after `count` operations without those `left_out`."""
         names, contents = dict(self.names), {n: bytearray(c) for n, c in self.contents.items()}
         for number, done in enumerate(self.operations[:count]):
             if number not in left_out:
@@ -84,7 +84,7 @@ class Disk:
         }
 
     def unsettled(self, count: int) -> list[int]:
-        """Return which of the first operations might be undone by a failure after them."""
+        """Return which of the first `count` operations a failure after them may undo."""
         found: list[int] = []
         for number, done in enumerate(self.operations[:count]):
             if done.what == "flush file":
@@ -96,7 +96,7 @@ class Disk:
         return found
 
     def failures(self, count: int) -> Iterator[frozenset[int]]:
-        """Yield what may be missing if the power fails after so many operations."""
+        """Yield the sets of operations that a power cut after `count` operations may undo."""
         unsettled = self.unsettled(count)
         chosen: Any = itertools.chain.from_iterable(
             itertools.combinations(unsettled, length)
@@ -112,7 +112,7 @@ class Disk:
             if gone == names[len(names) - len(gone) :]:
                 yield some
 
-    # --- what is done ---
+    # --- recording ---
 
     def _watch(
         self, patch: pytest.MonkeyPatch, owner: Any, name: str, note: Callable[..., None]
@@ -177,7 +177,7 @@ class Disk:
         self.operations.append(operation)
 
     def _name(self, path: Any) -> str:
-        """Return the name of a file in the folder; nothing for any other."""
+        """Return the name of a file in the folder, empty for any other."""
         if isinstance(path, int):
             return ""
         whole = Path(os.path.abspath(os.fsdecode(path)))  # noqa: PTH100 - a link keeps its name
@@ -190,7 +190,7 @@ class Disk:
 
 
 def _do(done: Operation, names: Names, contents: Contents) -> None:
-    """Do an operation; one on a file whose name never came to be has no effect."""
+    """Carry out an operation; without the name of its file it has no effect."""
     content = contents.setdefault(done.file, bytearray())
     if done.what == "create":
         names[done.name] = done.file

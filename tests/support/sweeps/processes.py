@@ -1,4 +1,4 @@
-"""Processes that tests start: default signals, output to be read at any time, waits that end."""
+"""Processes that tests start, with default signals, readable output, and waits that end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGHUP, signal.SIGTERM, signal.SIGQUIT)
 
 
 class Ending(Protocol):
-    """What ends at once when it is told to."""
+    """A process that a test can end at once."""
 
     def end(self) -> None: ...
 
@@ -27,16 +27,16 @@ _started: list[Ending] = []
 
 
 def ends_with_its_test(process: Ending) -> None:
-    """Have `end_all` end it, whatever happens."""
+    """Register a process, which `end_all` ends whatever happens."""
     _started.append(process)
 
 
 @contextlib.contextmanager
 def default_signals() -> Iterator[None]:
-    """Signals act meanwhile, here and in processes that are started.
+    """Give signals their default action in this process and in processes started meanwhile.
 
-    In the background of a shell, or under nohup, the suite ignores some of them, and a process
-    hands down what it ignores.
+    In the background of a shell, or under nohup, the suite ignores some signals, and its child
+    processes inherit that.
     """
     ignored = [number for number in _SIGNALS if signal.getsignal(number) is signal.SIG_IGN]
     for number in ignored:
@@ -49,7 +49,7 @@ def default_signals() -> Iterator[None]:
 
 
 def wait_until(condition: Callable[[], object], still: Callable[[], bool] = lambda: True) -> None:
-    """Wait until the condition holds; fail when it takes for ever, or `still` does not hold."""
+    """Wait until the condition holds; fail if it takes too long, or `still` no longer holds."""
     latest = time.monotonic() + HANGS
     while not condition():
         assert still() or condition(), "it has ended"
@@ -58,11 +58,11 @@ def wait_until(condition: Callable[[], object], still: Callable[[], bool] = lamb
 
 
 class Running:
-    """A Python process, begun with default signals; whatever happens, it ends with its test."""
+    """A Python process with default signals, which ends with its test, whatever happens."""
 
     def __init__(self, *arguments: str, session: bool = False, **settings: Any) -> None:
         files = self._files = contextlib.ExitStack()
-        # They are closed by `end`.
+        # `end` closes them.
         self._out = files.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
         self._err = files.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
         with default_signals():
@@ -82,19 +82,19 @@ class Running:
 
     @property
     def out(self) -> str:
-        """What it has written to the standard output so far."""
+        """The standard output so far."""
         return _text(self._out)
 
     @property
     def err(self) -> str:
-        """What it has written to the standard error so far."""
+        """The standard error so far."""
         return _text(self._err)
 
     def is_alive(self) -> bool:
         return self.process.poll() is None
 
     def says(self, text: str, times: int = 1) -> None:
-        """Wait until it has written this, so many times."""
+        """Wait until the process has written a text this many times."""
         try:
             wait_until(lambda: (self.out + self.err).count(text) >= times, self.is_alive)
         except AssertionError as error:
@@ -104,19 +104,19 @@ class Running:
         self.process.send_signal(number)
 
     def ended(self) -> tuple[int, str, str]:
-        """Its exit code and all that it has written; waits for its end."""
+        """Wait for the end; return the exit code and the whole output."""
         code = self.process.wait(HANGS)
         return code, self.out, self.err
 
     def end(self) -> None:
-        """Kill it; its output is gone."""
+        """Kill the process and drop its output."""
         self.process.kill()
         self.process.wait(HANGS)
         self._files.close()
 
 
 def end_all() -> None:
-    """Kill what a test has left running."""
+    """Kill the processes that a test has left running."""
     while _started:
         _started.pop().end()
 

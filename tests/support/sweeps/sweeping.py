@@ -1,4 +1,4 @@
-"""What the tests of whole sweeps share: the command in this process, watched and disturbed."""
+"""Helpers for tests of whole sweeps: commands in this process, watched and disturbed."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ ONE_BY_ONE = "execution: {workers: 1, block_points: 1}\n"
 class Shell:
     """The command line in this process, in an empty folder.
 
-    `computed` holds the parameters of the points that the last command computed, in that order;
-    `disturb` is called with those of each block before it is computed.
+    `computed` has the parameters of the points that the last command computed, in order; `disturb`
+    is called with the parameters of each block before it is computed.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Shell:
         return result_of(arguments, self._monkeypatch, self._capsys)
 
     def interrupted(self, *arguments: str, after: int, by: int = signal.SIGTERM) -> Result:
-        """The command with a signal while the block of that number, from 1, is computed."""
+        """Run a command, with a signal during block number `after`, counted from 1."""
         begun = 0
 
         def send(_: np.ndarray) -> None:
@@ -77,7 +77,7 @@ class Shell:
             self.disturb = None
 
     def values(self, name: str) -> list[float]:
-        """The values of a parameter over the points that were computed, in increasing order."""
+        """The values of a parameter at the computed points, in increasing order."""
         return sorted(getattr(point, name) for point in self.computed)
 
     def _requested(self, stop: Stop, *arguments: Any, **settings: Any) -> None:
@@ -93,13 +93,13 @@ class Shell:
 
 
 def write(name: str, *parts: str) -> str:
-    """Write a config of these parts; returns its name."""
+    """Write a config of these parts; return its name."""
     Path(name).write_text("".join(parts))
     return name
 
 
 def everything(but: str = "") -> dict[str, tuple[bytes, int]]:
-    """What all files in this folder hold, and when they were written; one name is left out."""
+    """The contents and times of all files in this folder, except those of one name."""
     return {
         str(path): (path.read_bytes(), path.stat().st_mtime_ns)
         for path in Path().rglob("*")
@@ -113,22 +113,22 @@ def hash_of(path: str | Path) -> str:
 
 
 def hash_at_once(config: str) -> str:
-    """The content hash of what a config gives when it is computed at once, in memory."""
+    """The content hash of a config's result, computed at once in memory."""
     return content_hash(run(config, workers=2))
 
 
-# --- sweeps in processes of their own, which may die ---
+# --- sweeps in other processes, which may die ---
 
 _CHILDREN = multiprocessing.get_context("forkserver")
 _CHILDREN.set_forkserver_preload(["sweeps.cli.app", "sweeps.engine.sweep", "sweeps.cli.summaries"])
 
 
 class Mishap(NamedTuple):
-    """What befalls a process at a call of a function: before it, after it or half way.
+    """A mishap of a process before, after or halfway through a call of a function.
 
-    Calls count from 1; with `of`, those that have this text in their arguments; with `within`,
-    those from inside that call (of an owner, a name, a number). The process is killed, or else the
-    disk of its folder is filled. Half way is for `os.pwrite` alone.
+    `number` counts the calls from 1: with `of`, only those with this text in their arguments; with
+    `within`, only those made during that call (owner, name, number). The process is killed, or the
+    disk of its folder is filled. Only `os.pwrite` has a halfway.
     """
 
     owner: str
@@ -143,9 +143,9 @@ class Mishap(NamedTuple):
 def child(
     arguments: list[str], *mishaps: Mishap, log: str = "messages", begun: str = ""
 ) -> multiprocessing.process.BaseProcess:
-    """The command in a new process and this folder, begun; `log` gets all that it prints.
+    """Start a command in a new process in this folder; `log` gets everything that it prints.
 
-    A file called `begun` is there from the moment that its first block is computed.
+    When the process begins to compute its first block, it makes the file `begun`.
     """
     process = _CHILDREN.Process(target=_live, args=(arguments, mishaps, log, begun), daemon=True)
     process.start()
@@ -203,7 +203,7 @@ def _arrange(mishap: Mishap) -> None:
 
 
 def _watch(call: tuple[str, str, int]) -> Callable[[], bool]:
-    """Whether a function is in its call of that number, from now on."""
+    """Watch a function; return whether it is in its call of this number."""
     path, name, number = call
     owner, begun, inside = _owner(path), itertools.count(1), False
     function = getattr(owner, name)

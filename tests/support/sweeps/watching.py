@@ -1,4 +1,4 @@
-"""What tests of progress share: a clock, streams, counts of points, tasks, a real terminal."""
+"""Helpers for tests of progress: a clock, streams, counts of points, tasks, a real terminal."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ HIDDEN, VISIBLE = "\x1b[?25l", "\x1b[?25h"
 
 
 class Clock:
-    """Monotonic time that goes on when it is told to."""
+    """Monotonic time that a test moves."""
 
     def __init__(self) -> None:
         self.now = 1000.0
@@ -47,7 +47,10 @@ class Terminal(io.StringIO):
 
 
 def terminal_of(monkeypatch: pytest.MonkeyPatch) -> Terminal:
-    """A terminal of 80 columns for messages; in the body of a test, pytest would replace it."""
+    """Send messages to a terminal of 80 columns.
+
+    To be called in the body of a test, since pytest would replace an earlier one.
+    """
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.delenv("NO_COLOR", raising=False)
@@ -57,7 +60,7 @@ def terminal_of(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 
 
 class Log(io.StringIO):
-    """Tells when so many lines are there."""
+    """A log that sets `there` when it has as many lines as wanted."""
 
     def __init__(self, wanted: int) -> None:
         super().__init__()
@@ -71,7 +74,7 @@ class Log(io.StringIO):
 
 
 def found(**by_status: int) -> Memory:
-    """A store that says that it has so many points of each status."""
+    """A store with these counts of points by status."""
     store = Memory(0)
     for name, count in by_status.items():
         store.statuses[Status[name.upper()]] = count
@@ -79,29 +82,29 @@ def found(**by_status: int) -> Memory:
 
 
 def task(first: int, points: int) -> Task:
-    """A task of so many points, of which the first has this number."""
+    """A task of some points; the first has the number `first`."""
     indices = np.arange(first, first + points)
     return Task(indices, np.zeros((points, 1)), Options(), "code")
 
 
 def advanced(counts: Counts, store: Memory, seconds: float = 0.0, **by_status: int) -> None:
-    """Finish a block: its cost is known, and its points are in the store."""
+    """Finish a block: note its cost, and count its points in the store."""
     counts.costs.learn(sum(by_status.values()), seconds)
     store.statuses += found(**by_status).statuses
 
 
 def block_of(task: Task) -> Block:
-    """Return a block that answers a task."""
+    """The block of a task."""
     return Block(task.indices, np.zeros((len(task.indices), 1)))
 
 
 def plain(text: str) -> str:
-    """A text without what steers a terminal."""
+    """A text without control sequences of terminals."""
     return re.sub(r"\x1b\[[\d;?]*\w", "", text)
 
 
 class OnTerminal:
-    """A Python process on a terminal of 80 columns; whatever happens, it ends with its test."""
+    """A Python process on a terminal of 80 columns, which ends with its test, whatever happens."""
 
     def __init__(self, code: str, *arguments: str, folder: Path) -> None:
         self.text = ""
@@ -115,7 +118,7 @@ class OnTerminal:
         ioctl(self._handle, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
 
     def shows(self, text: str) -> None:
-        """Wait until it has written this, wherever."""
+        """Wait until the process has written a text, anywhere."""
         self._read_until(lambda: text in plain(self.text))
         assert text in plain(self.text), f"it has ended; it said {self.text!r}"
 
@@ -123,22 +126,22 @@ class OnTerminal:
         os.write(self._handle, keys)
 
     def ended(self) -> int:
-        """Its exit code; waits for its end."""
+        """Wait for the end of the process; return its exit code."""
         self._read_until(lambda: False)
         return os.waitstatus_to_exitcode(self._left())
 
     def hung_up(self) -> int:
-        """Close its terminal; returns its exit code."""
+        """Close the terminal; return the exit code of the process."""
         return os.waitstatus_to_exitcode(self._left())
 
     def end(self) -> None:
-        """Kill it."""
+        """Kill the process."""
         if self._pid:
             os.kill(self._pid, signal.SIGKILL)
             self._left()
 
     def _left(self) -> int:
-        """The status with which it ended; nothing is left of it."""
+        """Close the terminal, wait for the end of the process, and return its status."""
         os.close(self._handle)
         ended, status = 0, 0
         latest = time.monotonic() + HANGS
@@ -150,7 +153,7 @@ class OnTerminal:
         return status
 
     def _read_until(self, condition: Callable[[], bool]) -> None:
-        """Take in what it writes, until the condition holds or it has ended."""
+        """Read the output until the condition holds or the process has ended."""
         latest = time.monotonic() + HANGS
         while not condition():
             assert time.monotonic() < latest, f"it hangs; it said {self.text!r}"

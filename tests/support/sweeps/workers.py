@@ -1,4 +1,4 @@
-"""What the tests of executors share: the command in a process of its own, and what workers do."""
+"""Helpers for tests of executors: commands in other processes, and functions for workers."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import sweeps
 from stickslip.dispatch.task import Block, Task, compute_block
 from stickslip.orbit import compute_orbits
+from stickslip.status import Status
 from support.sweeps.processes import HANGS, Running, default_signals, wait_until
 from sweeps.config.load import Config
 from sweeps.engine.settings import options_of
@@ -33,8 +35,8 @@ integrator: {rtol: 1e-4}
 stationary: {rtol: 1e-4}
 execution: {block_points: 1}
 """
-POINTS, POISON = 24, 250.0  # degrees
-FREE = 8  # blocks that need not wait at the gate
+POINTS, POISON = 24, 250.0  # the number of points, and the temperature [K] that kills
+FREE = 8  # blocks that do not wait at the gate
 ROOT = Path(sweeps.__file__).parents[1]
 HERE = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
 
@@ -42,25 +44,25 @@ needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="dask i
 
 
 def hash_without_backend(config: Config) -> str:
-    """The content hash of the points computed at once."""
+    """The content hash of a config's points, computed together without workers."""
     grid = Grid.from_config(config)
     rows, _ = compute_orbits(grid.rows(np.arange(grid.size)), options_of(config))
     return content_hash(result_dataset(config, grid, rows))
 
 
 def move_to(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Work in this folder, with a config; workers find this module and leave their traces there."""
+    """Work in a folder with a config; workers find this module, and leave their trace there."""
     monkeypatch.chdir(folder)
     monkeypatch.setenv("TRACE", str(folder / "trace"))
     monkeypatch.setenv("PYTHONPATH", HERE)
     (folder / "a.yaml").write_text(YAML)
 
 
-# --- what workers do in place of `compute_block`; they find it in this module ---
+# --- functions that workers call in place of `compute_block`; they import them from here ---
 
 
 def gated_block(task: Task) -> Block:
-    """Leave a trace; but for the first `FREE` blocks, wait for `open_gate`."""
+    """Leave a trace; after the first `FREE` blocks, wait for `open_gate`."""
     path = Path(os.environ["TRACE"])
     with path.open("ab") as trace:
         trace.write(b".")
@@ -72,25 +74,35 @@ def gated_block(task: Task) -> Block:
 
 
 def open_gate() -> None:
-    """Let all blocks come to their end."""
+    """Let all blocks finish."""
     Path("gate").touch()
 
 
 def stuck_block(task: Task) -> Block:
-    """Never come back."""
+    """Never return."""
     Path(os.environ["TRACE"]).write_bytes(b"." * FREE)
     time.sleep(10 * HANGS)
     return compute_block(task)
 
 
 def poisoned_block(task: Task) -> Block:
-    """Kill the worker."""
+    """Kill the worker at a poisoned point."""
     if POISON in task.points[:, 0]:
         os.kill(os.getpid(), signal.SIGKILL)
     return compute_block(task)
 
 
-# --- the command, and a cluster that is started by hand ---
+def require_poison_alone(
+    found: xr.Dataset, sound: xr.Dataset, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Fail unless only the points that kill their workers have failed, and the log names them."""
+    poison = found.temperature == POISON
+    assert (found.status.where(poison, drop=True) == Status.FAILED).all()
+    assert found.where(~poison, drop=True).equals(sound.where(~poison, drop=True))
+    assert [r.message for r in caplog.records if "failed" in r.message and "250.0" in r.message]
+
+
+# --- the command, and a cluster that a test starts ---
 
 
 _MODULES = (
@@ -100,14 +112,14 @@ _MODULES = (
 
 
 def command(*arguments: str, hook: str = "") -> Running:
-    """`stickslip sweep a.yaml` in a session of its own, after the statements of the hook."""
+    """Start `stickslip sweep a.yaml` in a new session, after the statements of the hook."""
     code = f"{_MODULES}\n{hook}\nfrom sweeps.cli import main; main()"
     sweep = ["sweep", "a.yaml", "-o", "a.nc", "--no-progress"]
     return Running("-c", code, *sweep, *arguments, session=True)
 
 
 def doing(function: str) -> str:
-    """A hook: workers call this function of this module."""
+    """A hook by which workers call this function of this module."""
     return f"processes.compute_block = dask.compute_on_cluster = workers.{function}"
 
 
@@ -115,7 +127,7 @@ IMPATIENT = "dask.ANSWER_SECONDS = base.SILENCE_SECONDS = 1.0"
 
 
 def ended(process: Running) -> tuple[int, str]:
-    """The exit code and what was said on the standard error."""
+    """Wait for the end; return the exit code and the standard error."""
     code, _, err = process.ended()
     assert "Traceback" not in err
     return code, err
@@ -126,13 +138,13 @@ def hash_of_result() -> str:
 
 
 def wait_for_blocks(count: int) -> None:
-    """Wait until workers have begun so many blocks, at most `FREE`."""
+    """Wait until workers have begun `count` blocks, at most `FREE`."""
     trace = Path("trace")
     wait_until(lambda: trace.exists() and trace.stat().st_size >= count)
 
 
 def number_of_tasks(dask_scheduler: Any) -> int:
-    """What a scheduler knows of; called there."""
+    """The number of tasks that a scheduler knows; called in the scheduler."""
     return len(dask_scheduler.tasks)
 
 
@@ -140,7 +152,7 @@ _LOCAL = ["--host", "127.0.0.1", "--no-dashboard"]
 
 
 class Cluster:
-    """A dask scheduler and workers, each a process without a nanny that would start it anew."""
+    """A dask scheduler and workers, each a process without a nanny that would restart it."""
 
     def __init__(self, folder: Path) -> None:
         self._file, self._log = folder / "scheduler.json", (folder / "log").open("w")

@@ -1,4 +1,4 @@
-"""Datasets in files, written for tests as commands write theirs."""
+"""Datasets written to files as commands write them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sweeps.files.netcdf import write_checked
 
 
 def write_dataset(ds: xr.Dataset, path: Path) -> None:
-    """Write `ds` to `path`; an older file there is replaced completely or not at all."""
+    """Write `ds` to `path`, replacing an older file completely or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with storage_errors(f"cannot write {path}", path.parent), replacing(path) as temporary:
         write_checked(ds, temporary)
