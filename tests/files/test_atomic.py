@@ -1,4 +1,4 @@
-"""A file is the old one or the new one, whole, and nothing is left beside it."""
+"""A file is completely the old one or the new one, and no other file is left beside it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_body_that_raises_leaves_the_old_file_and_no_other(path: Path) -> None
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_what_a_killed_process_left_is_removed_by_the_next(path: Path) -> None:
+def test_files_of_a_killed_process_are_removed_by_the_next(path: Path) -> None:
     killed = subprocess.Popen([sys.executable, "-c", ""])
     killed.wait()
     host = socket.gethostname()
@@ -57,7 +57,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next(path: Path) -> None:
 
 
 @pytest.mark.parametrize("fsync", [False, True])
-def test_the_file_is_flushed_before_it_has_its_name_and_the_folder_after(
+def test_the_file_is_flushed_before_it_gets_its_name_and_the_folder_after(
     path: Path, monkeypatch: pytest.MonkeyPatch, fsync: bool
 ) -> None:
     seen: list[tuple[bool, str]] = []
@@ -82,10 +82,10 @@ def test_a_missing_file_cannot_be_flushed(tmp_path: Path) -> None:
     [
         (OSError(28, "No space left on device", "/a/b"), "cannot write a: No space left on device"),
         (RuntimeError("NetCDF: HDF error"), "cannot write a: NetCDF: HDF error"),
-        (StorageError("told already"), "told already"),
+        (StorageError("its own message"), "its own message"),
     ],
 )
-def test_failures_of_the_disk_say_what_could_not_be_done(error: Exception, text: str) -> None:
+def test_messages_of_disk_failures_name_the_operation(error: Exception, text: str) -> None:
     with pytest.raises(StorageError) as caught, storage_errors("cannot write a"):
         raise error
     assert str(caught.value) == text

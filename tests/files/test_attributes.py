@@ -1,11 +1,11 @@
-"""The result file is what docs and scripts rely on: names, units, types, flags, provenance."""
+"""Names, units, types, flags and provenance of a result file, on which docs and scripts rely."""
 
 from __future__ import annotations
 
 import json
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from support.marks import one_then
+from support.marks import marked
 from support.sweeps.writing import write_dataset
 
 from stickslip import Status
@@ -54,11 +54,12 @@ SWEEPS: dict[str, dict[str, Any]] = {
     "an axis and cases": {"sweep": {"T": [200, 250, 300]}, "cases": CASES},
     "one point": {},
 }
+LOOSE = {"integrator": {"rtol": 1e-4}}
 SHORT = {"simulation": {"periods": 1, "samples_per_period": 20}}
 
 
 def rows(size: int) -> np.ndarray:
-    """Results that tell every point and column from every other one."""
+    """Results that differ for each point and column."""
     results = np.arange(size * len(RESULT_COLUMNS), dtype=float).reshape(size, -1) + 1.0
     results[:, -1] = 0
     results[:, RESULT_COLUMNS.index("regime")] = np.arange(size) % 6  # a byte
@@ -73,7 +74,7 @@ def made(config: dict[str, Any]) -> xr.Dataset:
 
 @pytest.fixture
 def stored(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[netCDF4.Dataset]:
-    """The file of a sweep, as the NetCDF library sees it."""
+    """The file of a sweep, opened with the NetCDF library."""
     write_dataset(made(SWEEPS[request.param]), tmp_path / "a.nc")
     with netCDF4.Dataset(tmp_path / "a.nc") as file:
         file.set_auto_mask(False)
@@ -193,7 +194,7 @@ def test_the_stored_config_gives_the_same_sweep_again(config: dict[str, Any]) ->
     assert set(keys).isdisjoint({"execution", "output"})
 
 
-def test_execution_and_output_leave_no_trace_but_in_the_history() -> None:
+def test_execution_and_output_appear_only_in_the_history() -> None:
     moved = FULL | {"output": "c.nc", "execution": {"workers": 1}}
     first, second = made(FULL).attrs, made(moved).attrs
     first.pop("history"), second.pop("history")
@@ -218,11 +219,11 @@ def test_where_a_file_comes_from(monkeypatch: pytest.MonkeyPatch) -> None:
         assert re.search(rf"\b{name} \d+\.\d+", attrs["software"]), name
 
 
-# --- other people's tools ---
+# --- other tools ---
 
 
 def cf_findings(path: Path) -> list[str]:
-    """What the CF checker of IOOS has to say against a file."""
+    """The complaints of the CF checker of IOOS about a file."""
     from compliance_checker.runner import CheckSuite, ComplianceChecker
 
     CheckSuite.load_all_available_checkers()
@@ -235,46 +236,35 @@ def cf_findings(path: Path) -> list[str]:
     return sorted({msg for group in groups["all_priorities"] for msg in group["msgs"]})
 
 
-# The checker warns of plug-ins of its own that it is about to drop, when it loads them.
+# When the checker loads its plug-ins, it warns of one that it is about to drop.
 checked = pytest.mark.filterwarnings("ignore:The ioos_sos checker is deprecated:DeprecationWarning")
 
 
-@checked
-@pytest.mark.parametrize("name", one_then("stress", ["an axis and cases", *SWEEPS]))
-def test_a_sweep_follows_the_cf_conventions(tmp_path: Path, name: str) -> None:
-    write_dataset(made(SWEEPS[name]), tmp_path / "a.nc")
-    assert cf_findings(tmp_path / "a.nc") == []
+SCHEDULE = {"schedule": {"temperature": [200.0, 250.0]}}
+FOLLOWED = LOOSE | {"sweep": {"omega": [10, 11]}, "follow": "omega"}
+
+
+def borders(kind: str) -> xr.Dataset:
+    ds = run(LOOSE | {"sweep": {"omega": [14.0, 15.0], "T": [200.0, 201.0]}})
+    return ds.stickslip.boundaries(1e-2, kind)
+
+
+FILES: dict[str, Callable[[], xr.Dataset]] = {
+    **{name: lambda config=config: made(config) for name, config in SWEEPS.items()},
+    "a trajectory": lambda: trajectory(from_mapping(SHORT)),
+    "a schedule": lambda: trajectory(from_mapping({"simulation": SHORT["simulation"] | SCHEDULE})),
+    "trajectories": lambda: trajectories(from_mapping(SHORT | SWEEPS["one axis"])),
+    "a followed sweep": lambda: run(FOLLOWED),
+    **{f"borders of {kind}": lambda kind=kind: borders(kind) for kind in ("regime", "orbit")},
+}
+LESS_TELLING = [name for name in SWEEPS if name != "an axis and cases"]
+TELLING = [name for name in FILES if name not in LESS_TELLING]
 
 
 @checked
-def test_trajectories_follow_the_cf_conventions(tmp_path: Path) -> None:
-    write_dataset(trajectories(from_mapping(SHORT | SWEEPS["one axis"])), tmp_path / "a.nc")
-    assert cf_findings(tmp_path / "a.nc") == []
-
-
-@checked
-@pytest.mark.parametrize("schedule", [None, {"temperature": [200.0, 250.0]}])
-def test_a_trajectory_follows_the_cf_conventions(
-    tmp_path: Path, schedule: dict[str, list[float]] | None
-) -> None:
-    config = {"simulation": SHORT["simulation"] | {"schedule": schedule}}
-    write_dataset(trajectory(from_mapping(config)), tmp_path / "a.nc")
-    assert cf_findings(tmp_path / "a.nc") == []
-
-
-@checked
-def test_a_followed_sweep_follows_the_cf_conventions(tmp_path: Path) -> None:
-    config = {"sweep": {"omega": [10, 11]}, "follow": "omega", "integrator": {"rtol": 1e-4}}
-    write_dataset(run(config), tmp_path / "a.nc")
-    assert cf_findings(tmp_path / "a.nc") == []
-
-
-@checked
-@pytest.mark.parametrize("kind", ["regime", "orbit"])
-def test_borders_follow_the_cf_conventions(tmp_path: Path, kind: str) -> None:
-    axes = {"omega": [14.0, 15.0], "T": [200.0, 201.0]}
-    ds = run({"sweep": axes, "integrator": {"rtol": 1e-4}})
-    write_dataset(ds.stickslip.boundaries(1e-2, kind), tmp_path / "a.nc")
+@pytest.mark.parametrize("name", [*TELLING, *marked("stress", LESS_TELLING)])
+def test_a_file_follows_the_cf_conventions(tmp_path: Path, name: str) -> None:
+    write_dataset(FILES[name](), tmp_path / "a.nc")
     assert cf_findings(tmp_path / "a.nc") == []
 
 

@@ -1,6 +1,6 @@
-"""The journal: what was appended comes back bit for bit, each point once, under its own key.
+"""The journal returns appended rows bit for bit, each point once, by its key.
 
-No full disk, killed process or damaged byte brings a wrong number in or takes a sound record away.
+No full disk, killed process or damaged byte adds a wrong number or removes a sound record.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ KEYS = keys_of(AXES)
 
 
 def result_rows() -> np.ndarray:
-    """Rows that tell every point and column apart; some points ended without amplitudes."""
+    """Rows that differ for each point and column; some points ended without amplitudes."""
     rows = np.random.default_rng(1).normal(size=(SIZE, COLUMNS))
     rows[:, STATUS] = np.arange(SIZE) % 4 // 3
     rows[5::7] = failed_row()
@@ -60,7 +60,7 @@ ROWS = result_rows()
 
 
 def blocks(count: int = 20, seed: int = 2) -> list[np.ndarray]:
-    """All points once, dealt out at random; in each block in order."""
+    """All points once, distributed at random over blocks; each block is in order."""
     shuffled = np.random.default_rng(seed).permutation(SIZE)
     return [np.sort(part) for part in np.array_split(shuffled, count)]
 
@@ -79,7 +79,7 @@ def opened(path: Path, keys: PointKeys = KEYS, *, readonly: bool = True) -> Jour
 
 
 def assert_sound(journal: Journal, expected: np.ndarray) -> None:
-    """These points are there, bit for bit, and no others."""
+    """Fail unless the journal has exactly these points, bit for bit."""
     np.testing.assert_array_equal(journal.done, expected)
     assert journal.rows()[expected].tobytes() == ROWS[expected].tobytes()
     statuses = ROWS[expected, STATUS].astype(int)
@@ -92,14 +92,14 @@ def assert_sound(journal: Journal, expected: np.ndarray) -> None:
 
 
 def assert_file(path: Path, expected: np.ndarray) -> None:
-    """The same for who opens the file now."""
+    """Fail unless the file, opened now, has exactly these points."""
     journal = opened(path)
     assert_sound(journal, expected)
     journal.close()
 
 
 def only(*parts: np.ndarray) -> np.ndarray:
-    """Which points these are."""
+    """The mask of these points."""
     mask = np.zeros(SIZE, dtype=bool)
     for part in parts:
         mask[part] = True
@@ -113,7 +113,7 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("count", [1, 7, 30])
-def test_what_is_appended_comes_back_bit_for_bit_in_any_order(
+def test_appended_rows_come_back_bit_for_bit_in_any_order(
     path: Path, count: int, seed: int
 ) -> None:
     created(path, blocks(count, seed))
@@ -125,7 +125,7 @@ def test_what_is_appended_comes_back_bit_for_bit_in_any_order(
     assert path.stat().st_size == SIZE * BYTES_PER_POINT
 
 
-def test_an_appended_point_is_there_at_once(path: Path) -> None:
+def test_an_appended_point_can_be_read_at_once(path: Path) -> None:
     first, second = blocks(2)
     journal = Journal.create(path, MANIFEST, KEYS, CHUNKS)
     assert_sound(journal, only())
@@ -175,7 +175,7 @@ def test_the_last_record_of_a_point_counts(path: Path) -> None:
     again.close()
 
 
-def test_points_are_found_by_their_keys_in_whichever_grid(path: Path) -> None:
+def test_points_are_found_by_their_keys_in_another_grid(path: Path) -> None:
     created(path, blocks(3))
     more = AXES | {"K": [1000, 3000, 2000]}
     grid = Grid.from_config(from_mapping({"sweep": more}))
@@ -188,7 +188,7 @@ def test_points_are_found_by_their_keys_in_whichever_grid(path: Path) -> None:
     journal.close()
 
 
-def test_records_of_other_settings_are_as_good_as_not_there(path: Path) -> None:
+def test_records_of_other_settings_are_ignored(path: Path) -> None:
     first, second = blocks(2)
     created(path, [first])
     other = opened(path, keys_of(AXES, seed=2), readonly=False)
@@ -203,7 +203,7 @@ def test_records_of_other_settings_are_as_good_as_not_there(path: Path) -> None:
     assert_file(path, only(first, second))
 
 
-def test_interpolated_points_are_kept_in_memory_alone(path: Path) -> None:
+def test_interpolated_points_are_kept_only_in_memory(path: Path) -> None:
     created(path, [np.arange(10)])
     size = path.stat().st_size
     journal = opened(path, readonly=False)
@@ -260,7 +260,7 @@ def test_a_journal_of_an_older_form_is_refused(path: Path) -> None:
         readable_manifest(path)
 
 
-def test_looking_changes_nothing(path: Path) -> None:
+def test_reading_changes_nothing(path: Path) -> None:
     created(path, blocks(3))
     path.write_bytes(path.read_bytes()[:-1])
     os.utime(path, ns=(1, 1))
@@ -279,7 +279,7 @@ def test_looking_changes_nothing(path: Path) -> None:
 
 
 def filling_up(room: int) -> Callable[..., int]:
-    """A write that has so many bytes of room, and then reports a full disk."""
+    """A write with room for some bytes, which then reports a full disk."""
     left, write = [room], os.pwrite
 
     def attempt(handle: int, content: memoryview, position: int) -> int:
@@ -313,7 +313,7 @@ def test_a_disk_that_is_full_after_any_byte_leaves_the_file_sound(
         assert_file(path, only(there, more))
 
 
-def test_what_a_killed_process_has_written_of_a_record_is_cut_off(path: Path) -> None:
+def test_the_half_record_of_a_killed_process_is_cut_off(path: Path) -> None:
     there, more = np.arange(4), np.arange(4, 6)
     created(path, [there, more])
     content = path.read_bytes()
@@ -341,20 +341,20 @@ def test_a_write_that_takes_several_calls_is_whole(
 
 
 def assert_healed(path: Path, journal: Journal) -> None:
-    """The missing points appended, everything is whole again, also for the next who opens it."""
+    """Append the missing points; fail unless the file then has all points."""
     missing = ~journal.done
     journal.append(np.flatnonzero(missing), ROWS[missing])
     journal.close()
     assert_file(path, only(np.arange(SIZE)))
 
 
-# Every so many bytes; all of them in the long run.
+# The distance between damaged bytes; `make faults` damages all.
 STRIDES = one_then("faults", [7, 1])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stride", STRIDES)
-def test_no_damaged_byte_brings_in_a_wrong_number_or_takes_a_sound_record_away(
+def test_no_damaged_byte_adds_a_wrong_number_or_removes_a_sound_record(
     path: Path, stride: int
 ) -> None:
     order = np.concatenate(blocks(20))
@@ -373,7 +373,7 @@ def test_no_damaged_byte_brings_in_a_wrong_number_or_takes_a_sound_record_away(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stride", STRIDES)
-def test_a_byte_that_changes_while_it_is_open_is_seen(path: Path, stride: int) -> None:
+def test_a_byte_damaged_while_the_file_is_open_is_noticed(path: Path, stride: int) -> None:
     created(path, [np.arange(SIZE)])
     content = path.read_bytes()
     journal = opened(path, readonly=False)
@@ -389,7 +389,7 @@ def test_a_byte_that_changes_while_it_is_open_is_seen(path: Path, stride: int) -
     assert_healed(path, journal)
 
 
-def test_the_places_of_two_records_that_were_exchanged_are_seen(path: Path) -> None:
+def test_two_exchanged_records_are_noticed(path: Path) -> None:
     created(path, [np.arange(SIZE)])
     content = path.read_bytes()
     journal = opened(path, readonly=False)

@@ -1,4 +1,4 @@
-"""A result file is the old one or the new one, whole; a damaged one is never taken for a result."""
+"""A result file is completely the old one or the new one; a damaged file is never a result."""
 
 from __future__ import annotations
 
@@ -20,11 +20,7 @@ from support.sweeps.writing import write_dataset
 from stickslip.datasets import result_attributes
 from stickslip.variables import PARAMETERS
 from sweeps.exits import StorageError
-from sweeps.files.netcdf import (
-    content_hash,
-    open_result,
-    readable,
-)
+from sweeps.files.netcdf import content_hash, open_result, readable
 
 
 def dataset(value: float = 1.0) -> xr.Dataset:
@@ -49,7 +45,7 @@ def dataset(value: float = 1.0) -> xr.Dataset:
 # --- writing and reading ---
 
 
-def test_what_is_written_is_read(tmp_path: Path) -> None:
+def test_a_written_file_is_read_back(tmp_path: Path) -> None:
     path = tmp_path / "new" / "folder" / "a.nc"
     write_dataset(dataset(), path)
     assert entries(path.parent) == ["a.nc"]
@@ -82,7 +78,7 @@ def result() -> xr.Dataset:
 
 
 @pytest.mark.parametrize(
-    ("name", "attribute", "value", "said"),
+    ("name", "attribute", "value", "message"),
     [
         ("friction_force_amplitude", "units", "kN", "has units = 'kN', where 'N' is expected"),
         ("temperature", "units", "degC", "has units = 'degC', where 'K' is expected"),
@@ -100,19 +96,19 @@ def result() -> xr.Dataset:
         ("status", "flag_values", np.arange(1, 12, dtype=np.int8), "with 'ok' for the value 1"),
     ],
 )
-def test_attributes_that_would_show_something_else_are_refused(
-    tmp_path: Path, name: str, attribute: str, value: Any, said: str
+def test_attributes_that_would_change_values_are_refused(
+    tmp_path: Path, name: str, attribute: str, value: Any, message: str
 ) -> None:
     path = tmp_path / "a.nc"
     write_dataset(result(), path)
     with netCDF4.Dataset(path, "r+") as file:
         file[name].setncattr(attribute, value)
     for whole in (True, False):
-        with pytest.raises(StorageError) as told:
+        with pytest.raises(StorageError) as caught:
             open_result(path, whole=whole)
-        assert f"{path}: {name} has" in str(told.value)
-        assert said in str(told.value)
-        assert str(told.value).endswith("restore it, or compute it again")
+        assert f"{path}: {name} has" in str(caught.value)
+        assert message in str(caught.value)
+        assert str(caught.value).endswith("restore it, or compute it again")
 
 
 def test_a_fill_value_that_hides_a_result_is_refused(tmp_path: Path) -> None:
@@ -122,8 +118,8 @@ def test_a_fill_value_that_hides_a_result_is_refused(tmp_path: Path) -> None:
         open_result(path)
 
 
-def test_attributes_that_others_lose_or_add_are_no_mistake(tmp_path: Path) -> None:
-    """As do xarray, which fills coordinates with NaN, later versions, and own variables."""
+def test_attributes_that_other_programs_drop_or_add_are_allowed(tmp_path: Path) -> None:
+    """By xarray, which gives coordinates a fill value, by later versions, and by users."""
     path, later = tmp_path / "a.nc", result()
     flags = later.status.attrs
     flags["flag_values"] = np.append(flags["flag_values"], np.int8(99))
@@ -173,7 +169,7 @@ def flawed(ds: xr.Dataset, *args: Any, **kwargs: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("owner", "name", "broken", "told"),
+    ("owner", "name", "broken", "message"),
     [
         (xr.Dataset, "to_netcdf", Mock(side_effect=FULL), "No space left on device"),
         (xr.Dataset, "to_netcdf", written, "NetCDF: HDF error"),
@@ -191,16 +187,16 @@ def test_a_step_that_fails_leaves_the_old_file_and_no_other(
     owner: Any,
     name: str,
     broken: Callable[..., Any],
-    told: str | None,
+    message: str | None,
 ) -> None:
     path = tmp_path / "a.nc"
     write_dataset(dataset(), path)
     old = path.read_bytes()
     with monkeypatch.context() as patch:
         patch.setattr(owner, name, broken)
-        with pytest.raises(StorageError if told else KeyboardInterrupt) as caught:
+        with pytest.raises(StorageError if message else KeyboardInterrupt) as caught:
             write_dataset(dataset(2.0), path)
-    assert told is None or re.fullmatch(f"cannot write {path}: {told}", str(caught.value))
+    assert message is None or re.fullmatch(f"cannot write {path}: {message}", str(caught.value))
     assert path.read_bytes() == old
     assert entries(tmp_path) == ["a.nc"]
 
@@ -229,7 +225,7 @@ def test_a_damaged_file_is_refused_by_name(tmp_path: Path, damage: Any) -> None:
         open_result(path)
 
 
-def test_a_reader_that_leaves_is_no_damage_of_the_file() -> None:
+def test_a_broken_pipe_is_no_damage_of_the_file() -> None:
     with pytest.raises(BrokenPipeError), readable(Path("a.nc")):
         raise BrokenPipeError(errno.EPIPE, "Broken pipe")  # of standard output
 

@@ -1,4 +1,4 @@
-"""Outputs that are no file, on a full disk, damaged, or in use: told at once, and never harmed."""
+"""Outputs that are no file, on a full disk, damaged, or in use: refused at once, and unharmed."""
 
 from __future__ import annotations
 
@@ -63,13 +63,11 @@ NO_OUTPUTS = {
     "a.yaml": (2, "a.yaml is the config itself; -o names the result"),
     "config.nc": (2, "config.nc is the config itself; -o names the result"),
 }
-"""What cannot be written to: the exit code of a sweep, and what is said."""
+"""Outputs that cannot be written: the exit code of a sweep, and its message."""
 
 
 @pytest.mark.parametrize("option", [[], ["--overwrite"], ["--partial"]])
-def test_what_can_be_no_output_is_told_at_once_and_left_alone(
-    shell: Shell, option: list[str]
-) -> None:
+def test_an_impossible_output_is_refused_and_left_alone(shell: Shell, option: list[str]) -> None:
     Path("folder").mkdir()
     os.mkfifo("pipe")
     for file in ("file", "taken.nc.run"):
@@ -117,7 +115,7 @@ FULL = {
 
 
 @pytest.mark.slow
-def test_a_disk_that_is_full_costs_nothing_that_was_finished(
+def test_a_full_disk_costs_no_finished_points(
     shell: Shell, small_disk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(small_disk)
@@ -175,7 +173,7 @@ def test_a_second_sweep_to_an_output_names_the_first(shell: Shell) -> None:
 
 
 @pytest.mark.slow
-def test_a_sweep_that_has_just_begun_is_not_taken_for_a_killed_one(shell: Shell) -> None:
+def test_a_sweep_that_has_just_begun_does_not_look_killed(shell: Shell) -> None:
     write("long.yaml", LONG)
     command = ["sweep", "long.yaml", "-o", "a.nc"]
     killed = child(command, log="killed")
@@ -204,8 +202,8 @@ def test_of_sweeps_begun_at_once_one_works_and_none_does_harm(shell: Shell, pair
         assert sum(worked) == 1, said
         for process, text, did in zip(both, said, worked, strict=True):
             if not did:
-                told = "is complete: 4 points" if process.exitcode == 0 else f"{number}.nc is "
-                assert told in text
+                done = process.exitcode == 0
+                assert ("is complete: 4 points" if done else f"{number}.nc is ") in text
         assert hash_of(f"{number}.nc") == expected
         assert f"{number}.nc.run" not in entries()
 
@@ -255,7 +253,7 @@ def test_damage_within_a_journal_costs_the_damaged_block_alone(shell: Shell) -> 
 
 
 @pytest.mark.slow
-def test_a_damaged_byte_of_an_older_result_never_brings_a_wrong_number_in(shell: Shell) -> None:
+def test_a_damaged_byte_of_an_older_result_never_adds_a_wrong_number(shell: Shell) -> None:
     assert shell("sweep", "a.yaml", "-o", "good.nc").code == 0
     good, draw = Path("good.nc").read_bytes(), random.Random(11)
     assert shell("sweep", write("b.yaml", FIVE, LOOSE), "-o", "five.nc").code == 0

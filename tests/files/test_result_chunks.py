@@ -1,4 +1,4 @@
-"""The result file from chunks: that of a Dataset, whole and read back, or not written at all."""
+"""The result file from chunks: equal to the file of a Dataset, or not written at all."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stickslip import Status
 from stickslip.orbit import failed_row
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
-from sweeps.engine.existing import RefusalError, found_in_file
+from sweeps.engine.existing import found_in_file
 from sweeps.engine.run import compute, run
 from sweeps.exits import StorageError
 from sweeps.files import result_chunks
@@ -41,7 +41,7 @@ chunk_sizes = pytest.mark.parametrize("most", [1, 3, 1000])
 
 
 def numbered_rows(size: int) -> np.ndarray:
-    """Rows that tell every point and column apart."""
+    """Rows that differ for each point and column."""
     rows = np.arange(size * len(RESULT_COLUMNS), dtype=float).reshape(size, -1) + 1.0
     rows[:, STATUS] = 0
     rows[:, RESULT_COLUMNS.index("regime")] = np.arange(size) % 6  # a byte
@@ -53,18 +53,17 @@ def write(
 ) -> Written:
     grid = Grid.from_config(config)
     chunks = Chunks(grid.shape, most)
-    settings: dict[str, Any] = {
+    arguments: dict[str, Any] = {
         "rows": lambda number: results[slice(*chunks.range(number))],
         "statuses": status_counts(np.nan_to_num(results[:, STATUS], nan=Status.PENDING)),
+        "attributes": global_attributes(config),
         "temporary": path.with_name("result.new"),
     }
-    settings |= changes
-    attributes = global_attributes(config)
-    return write_result(grid, chunks, attributes=attributes, path=path, **settings)
+    return write_result(grid, chunks, path=path, **arguments | changes)
 
 
 def described(path: Path) -> dict[str, Any]:
-    """All that a file says but its numbers, how it is stored left aside."""
+    """Everything in a file except its numbers and how it is stored."""
     with netCDF4.Dataset(path) as file:
         found: dict[str, Any] = {"": {name: file.getncattr(name) for name in file.ncattrs()}}
         found[""].pop("history")
@@ -131,7 +130,7 @@ def test_rows_come_back_from_the_file(tmp_path: Path, config: dict[str, Any], mo
     assert again.worst_error == written.worst_error
 
 
-def test_where_nothing_is_ok_there_is_no_worst_error(tmp_path: Path) -> None:
+def test_without_results_there_is_no_worst_error(tmp_path: Path) -> None:
     settings = from_mapping(SWEEPS["one axis"])
     written = write(settings, np.full((4, len(RESULT_COLUMNS)), np.nan), tmp_path / "a.nc")
     assert np.isnan(written.worst_error)
@@ -140,7 +139,7 @@ def test_where_nothing_is_ok_there_is_no_worst_error(tmp_path: Path) -> None:
     assert open_result(tmp_path / "a.nc").status.values.tolist() == [127] * 4
 
 
-def test_the_error_of_a_mean_is_not_that_of_an_orbit(tmp_path: Path) -> None:
+def test_errors_of_means_and_of_orbits_are_apart(tmp_path: Path) -> None:
     settings = from_mapping(SWEEPS["one axis"])
     rows, error = numbered_rows(4), RESULT_COLUMNS.index("amplitude_error")
     rows[:, STATUS] = [Status.OK, Status.APERIODIC, Status.APERIODIC, Status.OK]
@@ -153,11 +152,11 @@ def test_the_error_of_a_mean_is_not_that_of_an_orbit(tmp_path: Path) -> None:
     assert written.statistical_error == 0.41
 
 
-# --- what goes wrong ---
+# --- failures ---
 
 
 def refused(path: Path, **changes: Any) -> str:
-    """Why a result was not written: an older one is as it was, and nothing else is there."""
+    """The reason why a result was not written; an older one is unchanged and alone."""
     path.write_bytes(b"the older result")
     settings = from_mapping(SWEEPS["three axes"])
     with pytest.raises(StorageError) as caught:
@@ -168,7 +167,7 @@ def refused(path: Path, **changes: Any) -> str:
 
 
 @pytest.mark.parametrize(("name", "place"), [("status", 0), ("status", -1), ("asymmetry", 5)])
-def test_what_does_not_read_back_is_not_kept(
+def test_a_file_that_does_not_read_back_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, place: int
 ) -> None:
     read = result_chunks.digests_of
@@ -226,17 +225,13 @@ def test_rows_that_cannot_be_read_leave_the_older_result_alone(
 
 def test_ctrl_c_leaves_nothing_half_made(tmp_path: Path) -> None:
     settings = from_mapping(SWEEPS["one axis"])
+    broken = Mock(side_effect=KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        write(
-            settings,
-            numbered_rows(4),
-            tmp_path / "a.nc",
-            rows=Mock(side_effect=KeyboardInterrupt()),
-        )
+        write(settings, numbered_rows(4), tmp_path / "a.nc", rows=broken)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_trial_leaves_nothing_and_says_where_nothing_can_be_written(tmp_path: Path) -> None:
+def test_the_trial_leaves_nothing_and_names_an_unwritable_folder(tmp_path: Path) -> None:
     settings = from_mapping(SWEEPS["three axes"])
     grid = Grid.from_config(settings)
     chunks, attributes = Chunks(grid.shape, 3), global_attributes(settings)
@@ -246,12 +241,12 @@ def test_the_trial_leaves_nothing_and_says_where_nothing_can_be_written(tmp_path
         try_writing(grid, chunks, attributes, tmp_path / "missing" / "result.nc")
 
 
-# --- files that are there ---
+# --- existing files ---
 
 
 @pytest.mark.parametrize("processor", ["", "this, that"])
 @sweeps
-def test_files_of_the_dataset_are_taken_as_finished_points(
+def test_the_file_of_a_dataset_holds_finished_points(
     tmp_path: Path, config: dict[str, Any], processor: str
 ) -> None:
     settings = from_mapping(config)
@@ -281,21 +276,7 @@ def test_pending_points_of_a_file_are_not_finished(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found, rows[indices])
 
 
-def test_what_is_no_result_is_refused(tmp_path: Path) -> None:
+def test_an_unreadable_file_has_no_summary(tmp_path: Path) -> None:
     (tmp_path / "a.nc").write_bytes(b"no result")
-    with pytest.raises(StorageError, match="is not a readable NetCDF file"):
-        found_in_file(tmp_path / "a.nc")
     with pytest.raises(StorageError, match="cannot read"):
         contents(tmp_path / "a.nc", Chunks((4,)))
-    with netCDF4.Dataset(tmp_path / "b.nc", "w") as file:
-        file.setncattr("config", "sweep: {}")
-    with pytest.raises(RefusalError, match="is not a result of a sweep"):
-        found_in_file(tmp_path / "b.nc")
-
-
-def test_a_config_that_cannot_be_read_is_refused_as_such(tmp_path: Path) -> None:
-    ds = run(SWEEPS["one axis"])
-    ds.attrs["config"] = ds.attrs["config"].replace("adaptive", "guess")
-    write_dataset(ds, tmp_path / "a.nc")
-    with pytest.raises(RefusalError, match="carries a config that this version cannot read"):
-        found_in_file(tmp_path / "a.nc")

@@ -1,4 +1,4 @@
-"""Result rows: what a file holds of them, and chunks, which are boxes of its array."""
+"""Result rows: their values in a file, and chunks, which are boxes of its array."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ sizes = st.integers(1, 200)
 
 
 @given(shape=shapes, most=sizes)
-def test_slabs_share_out_the_points_in_order_as_boxes_of_the_array(
+def test_chunks_share_out_the_points_in_order_as_boxes_of_the_array(
     shape: tuple[int, ...], most: int
 ) -> None:
     chunks, end = Chunks(shape, most), 0
@@ -40,7 +40,7 @@ def test_slabs_share_out_the_points_in_order_as_boxes_of_the_array(
 
 
 @given(shape=shapes, most=sizes)
-def test_slabs_are_no_smaller_than_they_must_be(shape: tuple[int, ...], most: int) -> None:
+def test_chunks_are_no_smaller_than_they_must_be(shape: tuple[int, ...], most: int) -> None:
     chunks, size = Chunks(shape, most), math.prod(shape)
     if size <= most:
         assert len(chunks) == 1
@@ -69,7 +69,7 @@ def test_slabs_are_no_smaller_than_they_must_be(shape: tuple[int, ...], most: in
         ((1000, 1000, 1000), CHUNK_POINTS, (1, 131, 1000), 8000),
     ],
 )
-def test_slabs_of_some_grids(
+def test_chunks_of_some_grids(
     shape: tuple[int, ...], most: int, chunk: tuple[int, ...], count: int
 ) -> None:
     chunks = Chunks(shape, most)
