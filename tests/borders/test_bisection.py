@@ -1,4 +1,4 @@
-"""Edges of maps are bisected to the borders of plain shapes, which are known exactly."""
+"""The bisection of edges finds the borders of plain shapes, which are known exactly."""
 
 from __future__ import annotations
 
@@ -8,14 +8,7 @@ import numpy as np
 import pytest
 from support.bisecting import Model
 
-from sweeps.borders.crossings import (
-    NO_KIND,
-    Axis,
-    Bisection,
-    Crossings,
-    Floats,
-    Kinds,
-)
+from sweeps.borders.crossings import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
 
 CIRCLE = 0.6180339  # squared radius
 
@@ -24,10 +17,13 @@ def disc(places: Floats) -> Kinds:
     return ((places**2).sum(axis=-1) < CIRCLE).astype(np.int64)
 
 
-def found_on(axes, model: Model, accuracy: float):
+def bisection_on(axes: list[Axis], model: Model, accuracy: float, pause: float = 0.0) -> Bisection:
     places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
-    kinds, numbers = model.kinds(places), places[..., 0].copy()
-    return model.bisect(Bisection(axes, kinds, numbers, accuracy))
+    return Bisection(axes, model.kinds(places), places[..., 0].copy(), accuracy, pause)
+
+
+def found_on(axes: list[Axis], model: Model, accuracy: float) -> Crossings:
+    return model.bisect(bisection_on(axes, model, accuracy))
 
 
 @pytest.fixture
@@ -99,18 +95,17 @@ def test_kinds_may_become_known_in_any_order(axes: list[Axis], most: int) -> Non
         np.testing.assert_array_equal(*(getattr(f, field.name) for f in (at_once, one_by_one)))
 
 
-def test_it_is_known_how_many_kinds_are_left_to_be_found(axes: list[Axis]) -> None:
-    places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
-    model, bisection = Model(disc), Bisection(axes, disc(places), places[..., 0].copy(), 1e-6)
+def test_the_number_of_middles_left_is_known(axes: list[Axis]) -> None:
+    model = Model(disc)
+    bisection = bisection_on(axes, model, 1e-6)
     expected = bisection.left
     model.bisect(bisection)
     assert sum(model.calls) == expected == len(bisection)
 
 
-def test_brackets_wait_below_a_width_until_they_are_to_go_on(axes: list[Axis]) -> None:
-    places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
-    kinds, numbers, model = disc(places), places[..., 0].copy(), Model(disc)
-    bisection = Bisection(axes, kinds, numbers, 1e-6, pause=1e-3)
+def test_narrow_brackets_wait_until_the_bisection_resumes(axes: list[Axis]) -> None:
+    model = Model(disc)
+    bisection = bisection_on(axes, model, 1e-6, pause=1e-3)
     expected = bisection.left
     assert len(model.answer(bisection)) == 0
     assert bisection.left == expected - sum(model.calls)

@@ -1,4 +1,4 @@
-"""The borders of sweeps: where they lie, what is on either side, and what has none."""
+"""The borders of sweeps: their places, the kinds on either side, and results without borders."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_a_border_of_a_map_parts_its_kinds(borders: xr.Dataset) -> None:
     """A small step across a line, to its left or right, finds the kind of that side."""
     cell = {"temperature": 10.0, "angular_frequency": 40 / 6}
     scaled = np.stack([borders[name] / step for name, step in cell.items()], axis=1)
-    points, told = [], []
+    points, expected = [], []
     for number in range(1, borders.sizes["boundary_point"]):
         row = borders.isel(boundary_point=number)
         if row.line != borders.line[number - 1] or row.type == MEETING:
@@ -100,10 +100,10 @@ def test_a_border_of_a_map_parts_its_kinds(borders: xr.Dataset) -> None:
             place = (scaled[number] + sign * 1e-3 * across) * list(cell.values())
             point = Parameters(temperature=place[0], angular_frequency=place[1])
             points.append(point)
-            told.append(row[f"kind_{side}"].item())
+            expected.append(row[f"kind_{side}"].item())
     results, _ = compute_orbits(np.array(points), Options(rtol=1e-4, stationary_rtol=1e-4))
-    assert len(told) > 30
-    assert results[:, RESULT_COLUMNS.index("regime")].tolist() == told
+    assert len(expected) > 30
+    assert results[:, RESULT_COLUMNS.index("regime")].tolist() == expected
 
 
 def test_a_fold_has_a_multiplier_near_one() -> None:
@@ -114,7 +114,7 @@ def test_a_fold_has_a_multiplier_near_one() -> None:
     assert types.tolist() == [1, 1, 0, 0, 0, MEETING]
 
 
-def test_it_is_described_as_cf_wants(small: xr.Dataset, borders: xr.Dataset) -> None:
+def test_borders_are_described_as_cf_requires(small: xr.Dataset, borders: xr.Dataset) -> None:
     assert borders.attrs["config"] == small.attrs["config"]
     assert borders.attrs["Conventions"] == "CF-1.8"
     for name, variable in borders.variables.items():
@@ -133,8 +133,8 @@ def test_the_order_of_axes_and_the_number_of_workers_change_no_border(
 
 
 @pytest.mark.stress
-def test_of_a_motion_that_never_closes_the_kind_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A window of any length is for statistics; late points wait until nothing else is to do."""
+def test_a_motion_that_never_closes_needs_only_its_kind(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A longer window only improves statistics; late points are computed last."""
     begun: list[Task] = []
 
     def watched(task: Task) -> Block:
@@ -156,7 +156,7 @@ def test_of_a_motion_that_never_closes_the_kind_is_enough(monkeypatch: pytest.Mo
 
 
 def test_a_narrow_bracket_does_not_wait_for_a_slow_middle(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Toward the first border orbits close after 3, 5, 11, 15 and ever more periods."""
+    """Toward the first border orbits close after 3, 5, 11, 15 and more and more periods."""
     ds = run({"model": {"T": 166}, "sweep": {"omega": [5, 34.5625, 35.25, 60]}})
     found, accuracy = ds.stickslip.boundaries(1e-4), 55e-4
     monkeypatch.setattr(computation, "PATIENT", 0.0)
@@ -173,7 +173,7 @@ def test_a_narrow_bracket_does_not_wait_for_a_slow_middle(monkeypatch: pytest.Mo
     assert (away < found.angular_frequency_bracket / 2 + accuracy).all()
 
 
-def test_it_is_told_how_many_points_are_known_to_follow(
+def test_progress_shows_how_many_points_follow(
     line: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenes: list[Scene] = []
@@ -204,7 +204,7 @@ def test_points_without_a_result_make_no_borders(line: xr.Dataset) -> None:
 
 
 def test_a_fitted_curve_has_borders_as_its_sweep_has(line: xr.Dataset) -> None:
-    """The data and parameters of a fit have dimensions of their own."""
+    """The data and parameters of a fit have further dimensions."""
     part = line.sel(angular_frequency=slice(44, 50))
     fitted = part.assign(fitted_value=("datum", np.ones(3)), parameter_value=("free", [1.0]))
     xr.testing.assert_equal(fitted.stickslip.boundaries(1e-3), part.stickslip.boundaries(1e-3))
@@ -224,7 +224,7 @@ def test_a_logarithmic_axis_is_bisected_by_ratios() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"sweep": {"omega": [14.0, 15.0], "T": [200, 210], "K": [2e3, 3e3]}}, "select a point"),
         ({"sweep": {}}, "varies along nothing"),
@@ -241,13 +241,13 @@ def test_a_logarithmic_axis_is_bisected_by_ratios() -> None:
         ),
     ],
 )
-def test_what_has_no_borders_says_so(changes: dict[str, Any], told: str) -> None:
-    with pytest.raises(BoundaryError, match=told):
+def test_results_without_borders_are_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(BoundaryError, match=message):
         run(LOOSE | changes).stickslip.boundaries()
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ({"accuracy": 0.0}, "accuracy is a part"),
         ({"accuracy": float("nan")}, "accuracy is a part"),
@@ -255,9 +255,9 @@ def test_what_has_no_borders_says_so(changes: dict[str, Any], told: str) -> None
     ],
 )
 def test_wrong_arguments_are_refused(
-    line: xr.Dataset, arguments: dict[str, Any], told: str
+    line: xr.Dataset, arguments: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(BoundaryError, match=told):
+    with pytest.raises(BoundaryError, match=message):
         line.stickslip.boundaries(**arguments)
 
 

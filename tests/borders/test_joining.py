@@ -1,4 +1,4 @@
-"""Crossings are joined to lines: shapes whose lines are known."""
+"""Crossings are joined to the lines of shapes, which are known."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def test_help_has_whole_sentences_at_every_width(
 
 
 def modules_after(*arguments: str, **environment: str) -> set[str]:
-    """What the command has imported in the end; it prints something."""
+    """The modules that a command has imported when it ends; it must print something."""
     code = (
         "import sys; from sweeps.cli import main; sys.argv = ['stickslip', *sys.argv[1:]]\n"
         "try: main()\n"
@@ -84,7 +84,7 @@ def test_help_and_schema_load_no_compiler_and_no_arrays(arguments: list[str]) ->
     assert loaded.isdisjoint(HEAVY if arguments != ["schema"] else HEAVY - {"numpy", "ruamel"})
 
 
-def test_completing_loads_no_more_than_help() -> None:
+def test_completion_loads_no_more_than_help() -> None:
     line = {"COMP_WORDS": "stickslip\nsweep\n--", "COMP_CWORD": "2"}
     loaded = modules_after(_STICKSLIP_COMPLETE="complete_bash", **line)
     assert loaded.isdisjoint(HEAVY)
@@ -98,7 +98,7 @@ def test_the_installed_command_is_this_one(tmp_path: Path) -> None:
     assert done.stdout == f"stickslip {metadata.version('stickslip')}\n"
 
 
-def test_a_reader_that_leaves_early_is_no_error(tmp_path: Path) -> None:
+def test_a_closed_pipe_is_no_error(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "sweeps.cli", "schema"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
         child.stdout.close()
@@ -128,7 +128,7 @@ main()
         ("signal.signal(signal.SIGINT, signal.SIG_IGN)", 0, ""),  # as of a job in the background
     ],
 )
-def test_an_interruption_while_it_loads_is_told_in_a_line(before: str, code: int, err: str) -> None:
+def test_an_interruption_while_loading_prints_one_line(before: str, code: int, err: str) -> None:
     program = INTERRUPTED.format(before=before)
     with default_signals():
         done = subprocess.run(
@@ -137,8 +137,8 @@ def test_an_interruption_while_it_loads_is_told_in_a_line(before: str, code: int
     assert (done.returncode, done.stderr) == (code, err)
 
 
-def test_the_package_is_loaded_without_what_takes_long() -> None:
-    """Before it is, Ctrl-C has a traceback."""
+def test_the_package_loads_without_slow_modules() -> None:
+    """Until it is loaded, Ctrl-C prints a traceback."""
     code = "import sys; before = {*sys.modules}; import sweeps.cli; print(*{*sys.modules} - before)"
     alone = [sys.executable, "-S", "-c", f"import sys; sys.path.append({str(ROOT)!r}); {code}"]
     loaded = subprocess.run(alone, capture_output=True, text=True, check=True).stdout.split()
@@ -154,7 +154,7 @@ def test_warnings_of_python_are_sentences_without_a_place_in_code() -> None:
     assert done.err.count("\n") == 1
 
 
-def test_a_warning_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_warning_is_printed_once(capsys: pytest.CaptureFixture[str]) -> None:
     with plain_warnings():
         warnings.simplefilter("always")
         for _ in range(2):

@@ -36,16 +36,15 @@ def borders(small: xr.Dataset) -> xr.Dataset:
     return small.stickslip.boundaries(1e-4)
 
 
-def test_the_command_writes_what_the_function_returns(
-    command: Command, small: xr.Dataset, borders: xr.Dataset, tmp_path: Path
+def test_the_command_writes_the_borders_of_the_function(
+    command: Command, small: xr.Dataset, borders: xr.Dataset
 ) -> None:
-    write_dataset(small, tmp_path / "map.nc")
-    done = command("boundary", str(tmp_path / "map.nc"), "--accuracy", "1e-4")
+    write_dataset(small, Path("map.nc"))
+    done = command("boundary", "map.nc", "--accuracy", "1e-4")
     assert done.code == 0, done.err
-    written = open_result(tmp_path / "map-boundaries.nc")
-    xr.testing.assert_equal(written, borders)
+    xr.testing.assert_equal(open_result(Path("map-boundaries.nc")), borders)
     assert "stick_slip_symmetric" in done.out
-    again = command("boundary", str(tmp_path / "map.nc"))
+    again = command("boundary", "map.nc")
     assert again.code == 2
     assert "--overwrite" in again.err
     plotted = command(
@@ -67,40 +66,37 @@ def test_the_command_writes_what_the_function_returns(
     pd.testing.assert_frame_equal(pd.read_csv("map-boundaries.csv"), rows)
 
 
-def test_the_command_prints_the_borders_of_an_axis(
-    command: Command, line: xr.Dataset, tmp_path: Path
-) -> None:
-    write_dataset(line.expand_dims(spring_stiffness=[3000.0]), tmp_path / "line.nc")
+def test_the_command_prints_the_borders_of_an_axis(command: Command, line: xr.Dataset) -> None:
+    write_dataset(line.expand_dims(spring_stiffness=[3000.0]), Path("line.nc"))
     done = command("boundary", "line.nc", "--at", "omega=20", "-o", "a.nc")
     assert done.code == 2  # a single point is left
     done = command("boundary", "line.nc", "--accuracy", "1e-5", "-o", "a.csv")
     assert done.code == 0, done.err
     assert "rad s-1: stick_slip_asymmetric | stick_slip_symmetric, fold" in done.out
-    part = line.sel(angular_frequency=slice(50, 60))
-    write_dataset(part, tmp_path / "part.nc")
+    write_dataset(line.sel(angular_frequency=slice(50, 60)), Path("part.nc"))
     done = command("boundary", "part.nc")
     assert done.code == 2
     assert "of one kind" in done.err
-    assert not (tmp_path / "part-boundaries.nc").exists()
+    assert not Path("part-boundaries.nc").exists()
 
 
 @pytest.mark.stress
-def test_the_command_says_how_many_brackets_stayed_wide(command: Command, tmp_path: Path) -> None:
+def test_the_command_prints_how_many_brackets_stayed_wide(command: Command) -> None:
     slow = run({"model": {"T": 166}, "sweep": {"omega": [34.5625, 35.25]}})
-    write_dataset(slow, tmp_path / "slow.nc")
-    for accuracy, told in (("1e-2", False), ("1e-5", True)):
+    write_dataset(slow, Path("slow.nc"))
+    for accuracy, is_wide in (("1e-2", False), ("1e-5", True)):
         done = command("boundary", "slow.nc", "--accuracy", accuracy, "-o", f"{accuracy}.nc")
         assert done.code == 0, done.err
-        assert ("1 bracket wider than asked, at motions that close late" in done.out) == told
+        assert ("1 bracket wider than asked, at motions that close late" in done.out) == is_wide
 
 
 @pytest.mark.stress
-def test_a_report_has_them_on_its_map(
-    command: Command, small: xr.Dataset, borders: xr.Dataset, tmp_path: Path
+def test_a_report_has_borders_on_its_map(
+    command: Command, small: xr.Dataset, borders: xr.Dataset
 ) -> None:
     pytest.importorskip("bokeh", reason="bokeh is not installed")
-    write_dataset(small, tmp_path / "map.nc")
-    write_dataset(borders, tmp_path / "lines.nc")
+    write_dataset(small, Path("map.nc"))
+    write_dataset(borders, Path("lines.nc"))
     for name, options in (("without", []), ("with", ["--boundaries", "lines.nc"])):
         done = command("report", "map.nc", "--orbits", "0", "-o", f"{name}.html", *options)
         assert done.code == 0, done.err
@@ -108,8 +104,8 @@ def test_a_report_has_them_on_its_map(
         Path(f"{name}.html").read_text("utf-8").count('"border: ') for name in ("without", "with")
     ]
     assert drawn == [0, np.isin([0, 1], borders.type).sum()]
-    write_dataset(borders.assign_coords(spring_stiffness=1000.0), tmp_path / "other.nc")
-    for options, told in (
+    write_dataset(borders.assign_coords(spring_stiffness=1000.0), Path("other.nc"))
+    for options, message in (
         (["report", "map.nc", "--boundaries", "map.nc"], "not a file of borders"),
         (["report", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),
         (["report", "map.nc", "--boundaries", "lines.nc", "--at", "T=230"], "no axes here"),
@@ -118,7 +114,7 @@ def test_a_report_has_them_on_its_map(
     ):
         refused = command(*options)
         assert refused.code == 2
-        assert told in refused.err
+        assert message in refused.err
 
 
 def test_a_report_of_several_maps_asks_for_one(

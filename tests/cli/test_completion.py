@@ -8,7 +8,7 @@ from support.sweeps.commands import Result, process
 
 # The scripts are typer's; it finds out which shell it is called from, unless that is given.
 def completed(line: str, shell: str, **more: str) -> Result:
-    """What a shell is answered for the last word of a line, in the words of its typer script."""
+    """The answer to a shell for the last word of a line, asked as its typer script asks."""
     words = line.split(" ")
     asked = {
         "_STICKSLIP_COMPLETE": f"complete_{shell}",

@@ -9,7 +9,7 @@ from support.sweeps.commands import Command, entries
 from sweeps.files.netcdf import content_hash, open_result
 
 
-def test_an_array_of_jobs_is_the_whole(command: Command) -> None:
+def test_merged_parts_equal_the_whole_sweep(command: Command) -> None:
     assert command("sweep", "a.yaml").code == 0
     for number in (1, 2, 3):
         done = command("sweep", "a.yaml", "--part", f"{number}/3")
@@ -39,7 +39,7 @@ def test_a_table_is_written_once(command: Command) -> None:
     assert entries("deep/er") == ["b.columns.csv", "b.csv"]
 
 
-def test_a_table_whose_export_was_killed_is_written(command: Command) -> None:
+def test_an_export_that_was_killed_is_repeated(command: Command) -> None:
     command("sweep", "a.yaml", "-o", "a.nc")
     command("export", "a.nc")
     whole = Path("a.csv").read_bytes()
@@ -48,7 +48,7 @@ def test_a_table_whose_export_was_killed_is_written(command: Command) -> None:
     assert Path("a.csv").read_bytes() == whole
 
 
-def test_what_is_no_table_of_ours_is_not_replaced(command: Command) -> None:
+def test_other_files_are_not_replaced_by_tables(command: Command) -> None:
     command("sweep", "a.yaml", "-o", "a.nc")
     Path("b.columns.csv").write_text("mine")
     code, out, err = command("export", "a.nc", "-o", "b.csv")

@@ -1,4 +1,4 @@
-"""`explore`: its address, its end, and what it refuses."""
+"""`explore`: its address, its end, and the files that it refuses."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_it_prints_one_address_and_ends_on_a_signal(number: signal.Signals) -> N
     assert err.strip() == "Press Ctrl-C to stop."
 
 
-def test_a_browser_gets_a_file_that_leads_to_the_page_and_no_token(
+def test_a_browser_gets_a_file_that_opens_the_page_and_no_token(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     opened: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -68,7 +68,7 @@ def test_without_bokeh_it_names_the_command(
     assert err == "bokeh is not installed; try: pip install 'bokeh>=3.9'\n"
 
 
-def test_files_that_cannot_be_used(command: Command) -> None:
+def test_unusable_files_are_refused(command: Command) -> None:
     pytest.importorskip("bokeh", reason="bokeh is not installed")
     assert command("explore", "b.nc") == (5, "", "b.nc does not exist\n")
     assert command("explore", "b.yaml").code == 2

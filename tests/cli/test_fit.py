@@ -34,7 +34,7 @@ def table() -> str:
 
 @pytest.mark.stress
 def test_a_posterior_is_drawn_kept_and_opened(
-    command: Command, table: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, table: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("emcee")
     monkeypatch.setattr(posterior, "WALKERS", 16)
@@ -65,9 +65,7 @@ def test_a_posterior_is_drawn_kept_and_opened(
     assert summary.loc["viscosity_coefficient", "mean"] == pytest.approx(7e4, rel=0.05)
 
 
-def test_the_command_fits_and_its_files_can_be_used(
-    command: Command, table: str, tmp_path: Path
-) -> None:
+def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str) -> None:
     Path("d.csv").write_text(table)
     done = command("fit", "d.csv", "--free", "k=1e4:2e5", "-o", "fit.nc", "--workers", "1")
     assert done.code == 0, done.err
@@ -95,7 +93,7 @@ def test_the_command_fits_and_its_files_can_be_used(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         ("d.csv --free k=1", "a range is k=LOW:HIGH, not k=1"),
         ("d.csv --free k,k", "k is given twice"),
@@ -111,7 +109,7 @@ def test_the_command_fits_and_its_files_can_be_used(
         ("least.csv --free k", "have the opposite sign to the model's in all trials"),
     ],
 )
-def test_mistakes(command: Command, table: str, tmp_path: Path, arguments: str, said: str) -> None:
+def test_mistakes_are_reported(command: Command, table: str, arguments: str, message: str) -> None:
     Path("d.csv").write_text(table)
     Path("bad.csv").write_text(table.replace("F_max,", "Fmax,"))
     frame = pd.read_csv("d.csv")
@@ -119,12 +117,10 @@ def test_mistakes(command: Command, table: str, tmp_path: Path, arguments: str, 
     Path("least.csv").write_text(table.replace("F_max", "friction_force_min"))
     done = command("fit", *arguments.split())
     assert done.code == 2, done.err
-    assert said in done.err
+    assert message in done.err
 
 
-def test_temperatures_in_celsius_are_told_before_anything_is_computed(
-    command: Command, tmp_path: Path
-) -> None:
+def test_temperatures_in_celsius_are_reported_before_the_fit(command: Command) -> None:
     Path("celsius.csv").write_text("T,F_max\n20,0.0046662\n60,0.0025126\n100,0.0023459\n")
     done = command("fit", "celsius.csv", "--free", "T")
     assert done.code == 2
@@ -134,8 +130,8 @@ def test_temperatures_in_celsius_are_told_before_anything_is_computed(
 
 
 @pytest.mark.stress
-def test_data_without_a_fitted_value_and_bounds_are_told(
-    command: Command, table: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_data_without_a_fitted_value_and_bounds_are_reported(
+    command: Command, table: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def without_the_first(rows: NDArray[np.float64], *others: Any) -> NDArray[np.float64]:
         found = orbit_rows(rows, *others)
@@ -159,7 +155,7 @@ def test_data_without_a_fitted_value_and_bounds_are_told(
     assert ds.attrs["degrees_of_freedom"] == 1
 
 
-def test_a_missing_file_is_one_of_storage(command: Command, tmp_path: Path) -> None:
+def test_a_missing_file_is_a_storage_error(command: Command) -> None:
     done = command("fit", "none.csv", "--free", "k")
     assert done.code == 5
     assert "No such file" in done.err

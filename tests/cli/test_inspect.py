@@ -15,7 +15,7 @@ from sweeps.files.netcdf import content_hash, open_result
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 
-def test_check_says_what_would_be_computed(command: Command) -> None:
+def test_check_prints_what_a_sweep_would_compute(command: Command) -> None:
     code, out, err = command("check", "a.yaml")
     assert (code, err) == (0, "")
     assert out.splitlines() == [
@@ -47,7 +47,7 @@ def test_info_describes_the_installation(command: Command) -> None:
 
 
 @pytest.mark.slow
-def test_info_says_where_code_is_not_cached(tmp_path: Path) -> None:
+def test_info_says_why_code_is_not_cached(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     done = process("info", environment={"NUMBA_CACHE_DIR": str(tmp_path / "file")})
     assert done.code == 0

@@ -1,4 +1,4 @@
-"""`stickslip new` writes configs that are valid, and say what comes next."""
+"""`stickslip new` writes valid configs and prints the next command."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from sweeps.figures.save import pictures_of
 from sweeps.files.netcdf import open_result
 
 
-def test_simulate_computes_what_python_computes(command: Command) -> None:
+def test_simulate_equals_the_python_function(command: Command) -> None:
     code, out, err = command("simulate", "a.yaml", "--set", "T=250", "--set", "gamma=0")
     assert (code, out, err) == (0, "results/a-T=250-gamma=0-trajectory.nc\n", "")
     found = open_result(Path("results/a-T=250-gamma=0-trajectory.nc"))
@@ -61,20 +61,22 @@ def test_simulate_needs_no_config(command: Command) -> None:
         ),
     ],
 )
-def test_a_default_name_tells_what_is_set(file: Path | None, changes: list[str], name: str) -> None:
+def test_a_default_name_contains_the_changes(
+    file: Path | None, changes: list[str], name: str
+) -> None:
     assert trajectory_path(file, changes) == Path("results") / name
     long = [f"cases.T={list(range(500))}"]
     assert len(trajectory_path(file, long).name) < 200
 
 
-def test_simulate_of_an_axis_names_what_picks_a_point(command: Command) -> None:
+def test_simulate_of_an_axis_prints_options_that_pick_a_point(command: Command) -> None:
     code, out, err = command("simulate", "a.yaml")
     assert (code, out) == (2, "")
     assert "--set temperature=200.0 --set rheological_index=-0.6666666666666666" in err
     assert entries() == ["a.yaml"]
 
 
-def test_simulate_tells_why_it_failed(command: Command) -> None:
+def test_simulate_prints_why_it_failed(command: Command) -> None:
     pick = ("--set", "T=250", "--set", "gamma=0")
     code, out, err = command("simulate", "a.yaml", *pick, "--set", "integrator.max_steps=10")
     assert (code, out) == (3, "")
@@ -99,7 +101,7 @@ def test_plot_draws_a_sweep_and_a_trajectory(command: Command) -> None:
 
 
 @pytest.mark.stress
-def test_plot_draws_what_the_config_asks_for(
+def test_plot_draws_the_figure_of_the_config(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from sweeps import figures
@@ -138,7 +140,7 @@ def result(command: Command) -> Path:
     return file
 
 
-def test_plot_draws_what_the_options_ask_for(
+def test_plot_draws_as_the_options_say(
     command: Command, result: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from sweeps import figures
@@ -215,7 +217,7 @@ def test_plot_keeps_the_variables_of_the_config(
         (("-o", "a.jpg"), "a picture ends in .png, .pdf or .svg"),
     ],
 )
-def test_plot_refuses_what_it_cannot_draw(
+def test_plot_refuses_wrong_options(
     command: Command, result: Path, options: tuple[str, ...], words: str
 ) -> None:
     code, out, err = command("plot", str(result), *options)

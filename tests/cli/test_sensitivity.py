@@ -19,7 +19,7 @@ stationary: {rtol: 1e-4}
 """
 
 
-def test_the_command_writes_what_the_function_returns(command: Command) -> None:
+def test_the_command_writes_the_indices_of_the_function(command: Command) -> None:
     Path("box.yaml").write_text(BOX)
     done = command("sensitivity", "box.yaml", "--of", "friction_force_amplitude", "-o", "i.nc")
     assert done.code == 0, done.err
@@ -54,7 +54,7 @@ def test_the_command_writes_what_the_function_returns(command: Command) -> None:
         (BOX, ("--confidence", "95"), "confidence must be between 0 and 1, not 95"),
     ],
 )
-def test_what_gives_no_indices_is_refused(
+def test_configs_and_options_without_indices_are_refused(
     command: Command, changed: str, arguments: tuple[str, ...], message: str
 ) -> None:
     Path("box.yaml").write_text(changed)

@@ -1,4 +1,4 @@
-"""What a person sees of a sweep whose kernels or blocks take long, on a terminal and in a log."""
+"""The output of a sweep whose kernels or blocks take long, on a terminal and in a log."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def open_gate(folder: Path) -> None:
 # --- blocks that take long ---
 
 
-def test_a_terminal_tells_what_is_waited_for_and_what_ctrl_c_means(folder: Path) -> None:
+def test_a_terminal_shows_the_blocks_in_flight_and_the_effect_of_ctrl_c(folder: Path) -> None:
     child = OnTerminal(SLOW_BLOCKS, *SWEEP, folder=folder)
     child.shows(STUCK)
     child.types(b"\x03")
@@ -92,7 +92,7 @@ def test_another_ctrl_c_gives_the_terminal_back_and_the_points_up(folder: Path) 
 
 
 @pytest.mark.parametrize("command", one_then("faults", COMMANDS), ids=lambda command: command[0])
-def test_a_log_tells_that_kernels_are_compiled(folder: Path, command: list[str]) -> None:
+def test_a_log_says_that_kernels_are_compiled(folder: Path, command: list[str]) -> None:
     child = Running("-c", SLOW_COMPILER, *command, cwd=folder)
     child.says(f"{WORD} (0:", times=2)
     open_gate(folder)

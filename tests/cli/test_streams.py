@@ -1,4 +1,4 @@
-"""Standard streams that are closed, full or without a reader decide nothing."""
+"""Standard streams that are closed, full or without a reader do not affect a command."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ],
     ),
 )
-def test_a_sweep_comes_to_its_end_whoever_listens(streams: str) -> None:
+def test_a_sweep_finishes_with_any_streams(streams: str) -> None:
     with default_signals():
         ended = subprocess.run(
             ["bash", "-c", f"{STICKSLIP} sweep a.yaml -o a.nc {streams}"], timeout=HANGS
@@ -57,7 +57,7 @@ def test_a_terminal_that_is_closed_ends_a_sweep_like_a_signal() -> None:
     assert Path("b.nc.run/journal").exists()
 
 
-def test_without_a_home_code_is_compiled_and_not_kept() -> None:
+def test_without_a_home_compiled_code_is_not_kept() -> None:
     code = (
         "import pwd, os\n"
         "def nobody(*_): raise KeyError('no such user')\n"

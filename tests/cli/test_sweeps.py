@@ -1,4 +1,4 @@
-"""`stickslip sweep`: what it writes, where, and what it says."""
+"""`stickslip sweep`: its files and its messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sweeps.engine.run import run
 from sweeps.files.netcdf import content_hash, open_result
 
 
-def test_sweep_writes_beside_the_config_s_name_and_says_so(command: Command) -> None:
+def test_sweep_names_its_result_after_the_config(command: Command) -> None:
     code, out, err = command("sweep", "a.yaml")
     assert code == 0
     path, summary = out.splitlines()
@@ -57,7 +57,7 @@ def test_set_changes_the_config(command: Command) -> None:
     assert (ds.temperature[0], ds.rheological_index) == (210.0, 1 / 3)
 
 
-def test_no_progress_says_nothing_on_the_way(command: Command) -> None:
+def test_no_progress_prints_nothing_during_the_sweep(command: Command) -> None:
     assert command("sweep", "a.yaml", "--no-progress").err == ""
 
 
@@ -82,7 +82,7 @@ def test_a_step_unstable_for_some_points_refuses_those(command: Command) -> None
     assert open_result(Path("results/e.nc")).status.values.tolist() == [1, 4]
 
 
-def test_warnings_of_a_config_are_told(command: Command) -> None:
+def test_warnings_of_a_config_are_printed(command: Command) -> None:
     code, _, err = command("check", "a.yaml", "--set", "k=3000", "--set", "K=5e4")
     assert code == 0
     assert err.startswith("warning: ")

@@ -1,4 +1,4 @@
-"""Every verb that writes: killed and given again, twice at once, and beside files of others."""
+"""Every verb that writes: killed and repeated, run twice at once, and beside other files."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ integrator: {rtol: 1e-4}
 
 
 class Verb(NamedTuple):
-    """A command, the files that it writes, the main one first, and another command of their name.
+    """A command, its files, the main one first, and options that change what it writes.
 
-    `renews` tells whether older files of its own are replaced without being asked.
+    If `renews` is true, the command replaces its older files without --overwrite.
     """
 
     line: str
@@ -84,15 +84,15 @@ VERBS = {
     "figure": Verb("figure 2 -o .", ("fig2.nc", "fig2.png", "fig2.pdf")),
 }
 QUICK = ("export",)
-"""Its kills belong to the suite; those of all others to `make faults`."""
+"""The verb whose kills are in the suite; `make faults` kills all others."""
 READILY = ("new", "export", "boundary as a table", "simulate", "merge", "plot")
-"""The same for what takes a second or so: one verb of each way to make files."""
+"""The verbs for tests of a second or so: one for each way to make files."""
 KNOWING = [name for name, verb in VERBS.items() if not verb.renews]
-"""The verbs that know their own files again, and refuse all others."""
+"""The verbs that recognise their files, and refuse all others."""
 
 
 def readily(verbs: Iterable[str], quick: Collection[str] = READILY) -> list[Any]:
-    """The verbs, of which all but some are left to `make faults`."""
+    """All verbs; those that are not `quick` are left to `make faults`."""
     return [*quick, *marked("faults", [name for name in verbs if name not in quick])]
 
 
@@ -138,7 +138,7 @@ def with_parts(shell: Shell, name: str) -> Verb:
 
 
 def contents(verb: Verb) -> dict[str, Any]:
-    """What the files of a verb hold, without the times of NetCDF files; None for none."""
+    """The contents of a verb's files, without times in NetCDF files; None for a missing file."""
     return {name: content(Path(name)) for name in verb.files}
 
 
@@ -149,7 +149,7 @@ def content(path: Path) -> Any:
 
 
 def require_same(found: dict[str, Any], expected: dict[str, Any], what: str = "") -> None:
-    """Fail where files do not hold what they should, with the first place that differs."""
+    """Fail at the first file with other contents, showing the first place that differs."""
     for name, wanted in expected.items():
         own = found[name]
         if own != wanted and isinstance(own, bytes):
@@ -161,7 +161,7 @@ def require_same(found: dict[str, Any], expected: dict[str, Any], what: str = ""
 
 
 def undisturbed(shell: Shell, verb: Verb) -> dict[str, Any]:
-    """What the files hold after an undisturbed command; they are taken away again."""
+    """The contents of the files after an undisturbed command; the files are removed again."""
     done = shell(*verb.command)
     assert done.code == 0, done.err
     expected = contents(verb)
@@ -171,12 +171,12 @@ def undisturbed(shell: Shell, verb: Verb) -> dict[str, Any]:
     return expected
 
 
-# --- what is complete, what is of others ---
+# --- complete outputs, and files of others ---
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", readily(VERBS))
-def test_a_command_that_is_given_again_ends_well_and_harms_nothing(shell: Shell, name: str) -> None:
+def test_a_repeated_command_ends_well_and_harms_nothing(shell: Shell, name: str) -> None:
     verb = with_parts(shell, name)
     first = shell(*verb.command)
     assert first.code == 0, first.err
@@ -198,7 +198,7 @@ def test_a_command_that_is_given_again_ends_well_and_harms_nothing(shell: Shell,
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", readily(VERBS))
-def test_a_file_of_somebody_else_is_replaced_only_if_told(shell: Shell, name: str) -> None:
+def test_a_file_of_somebody_else_is_replaced_only_with_overwrite(shell: Shell, name: str) -> None:
     verb = with_parts(shell, name)
     before = entries()
     for file in verb.files:
@@ -241,11 +241,12 @@ def test_a_file_that_appears_meanwhile_is_left_alone(
     assert f"{file} was made or changed by somebody else while this command ran" in done.err
     assert file.read_bytes() == b"mine"
     file.unlink()
-    monkeypatch.setattr(outputs, "begin", None)  # files that are kept are not made again
-    done = shell(*verb.command, *option) if name in KNOWING else None
-    assert done is None or done.code == 0, done
-    assert done is None or None not in contents(verb).values()
-    assert done is None or f"{verb.files[0]}.run" not in entries()
+    if name in KNOWING:
+        monkeypatch.setattr(outputs, "begin", None)  # kept files are not made again
+        done = shell(*verb.command, *option)
+        assert done.code == 0, done.err
+        assert None not in contents(verb).values()
+        assert f"{verb.files[0]}.run" not in entries()
 
 
 def appears_before(patch: pytest.MonkeyPatch, owner: Any, function: str, file: Path) -> None:
@@ -270,7 +271,7 @@ def test_an_output_in_use_is_refused(shell: Shell, name: str) -> None:
     assert not Path(main).exists()
 
 
-def test_what_is_left_of_another_command_is_not_dropped_silently(
+def test_files_left_by_another_command_are_not_dropped_silently(
     shell: Shell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     verb = VERBS["simulate"]
@@ -286,7 +287,7 @@ def test_what_is_left_of_another_command_is_not_dropped_silently(
     assert entries() == sorted(["a.yaml", "box.yaml", "d.csv", "map.nc", "s.nc"])
 
 
-def test_what_was_edited_is_not_called_complete(shell: Shell) -> None:
+def test_an_edited_file_is_not_called_complete(shell: Shell) -> None:
     verb = VERBS["simulate"]
     assert shell(*verb.command).code == 0
     with netCDF4.Dataset("s.nc", "a") as file:
@@ -296,7 +297,7 @@ def test_what_was_edited_is_not_called_complete(shell: Shell) -> None:
     assert (done.code, Path("s.nc").read_bytes()) == (2, edited)
 
 
-def test_the_result_of_a_sweep_is_no_older_replay(shell: Shell) -> None:
+def test_a_replay_does_not_replace_the_result_of_a_sweep(shell: Shell) -> None:
     shutil.copy("map.nc", "days.nc")
     done = shell("replay", "map.nc", "--at", "T=230", "--at", "omega=20", "-o", "days.nc")
     assert done.code == 2
@@ -426,7 +427,7 @@ def killed_and_given_again(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", readily(VERBS, QUICK))
-def test_a_kill_at_any_place_is_made_good_by_the_same_command(shell: Shell, name: str) -> None:
+def test_the_same_command_repairs_a_kill_at_any_place(shell: Shell, name: str) -> None:
     verb = with_parts(shell, name)
     expected = undisturbed(shell, verb)
     before = entries()
@@ -435,7 +436,7 @@ def test_a_kill_at_any_place_is_made_good_by_the_same_command(shell: Shell, name
         def kill(place: str = place, mishap: Mishap = mishap) -> str:
             process = child(verb.command, mishap, log="../messages")
             process.join(HANGS)
-            if process.exitcode != -signal.SIGKILL:  # such a file is not there in this verb
+            if process.exitcode != -signal.SIGKILL:  # this verb has no such file
                 assert process.exitcode == 0, (place, Path("../messages").read_text())
                 assert name == "merge"
                 assert "file is made" in place
@@ -446,12 +447,12 @@ def test_a_kill_at_any_place_is_made_good_by_the_same_command(shell: Shell, name
 
 
 RANDOM_KILLS = {"fit": 20, "boundary": 10, "simulate": 10, "new": 30, "merge": 10, "export": 10}
-"""How often; `benchmarks/bench_faults.py` goes on."""
+"""The number of kills; `benchmarks/bench_faults.py` has more."""
 
 
 @pytest.mark.faults
 @pytest.mark.parametrize("name", RANDOM_KILLS)
-def test_kills_at_random_times_are_made_good_by_the_same_command(shell: Shell, name: str) -> None:
+def test_the_same_command_repairs_kills_at_random_times(shell: Shell, name: str) -> None:
     verb, draw = with_parts(shell, name), random.Random(5)
     begun = time.monotonic()
     child(verb.command, log="../messages").join(HANGS)
@@ -493,7 +494,7 @@ def test_of_two_at_once_one_works_and_nothing_is_lost(shell: Shell, name: str) -
 # --- the same content ---
 
 
-def test_what_is_the_same_apart_from_its_time(tmp_path: Path) -> None:
+def test_files_are_the_same_apart_from_their_time(tmp_path: Path) -> None:
     ds = run(LOOSE | {"sweep": {"T": [200, 250]}})
     paths = [tmp_path / name for name in ("a.nc", "b.nc", "c.nc", "d.nc")]
     ds.to_netcdf(paths[0])
