@@ -10,11 +10,15 @@ import typer
 from sweeps.cli.shared import (
     BackendOption,
     NoProgressOption,
+    OverwriteOption,
     SchedulerOption,
     SetOption,
     WorkersOption,
     checked_config,
     execution_changes,
+    flag,
+    option,
+    output_option,
     print_names,
     recalled_or_computed,
     say,
@@ -38,10 +42,7 @@ def fit(
         ),
     ],
     free: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME[=LOW:HIGH],...", help="Parameters to fit, such as k,gamma=-0.9:0."
-        ),
+        str, option("NAME[=LOW:HIGH],...", "Parameters to fit, such as k,gamma=-0.9:0.")
     ],
     config: Annotated[
         Path | None,
@@ -51,25 +52,20 @@ def fit(
         ),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="NetCDF file. [default: results/DATA-fit.nc]"),
+        Path | None, output_option("NetCDF file. [default: results/DATA-fit.nc]")
     ] = None,
     set_: SetOption = None,
     profile: Annotated[
-        bool, typer.Option("--profile", help="Add intervals from the profile likelihood; slower.")
+        bool, flag("--profile", "Add intervals from the profile likelihood; slower.")
     ] = False,
     posterior: Annotated[
-        bool,
-        typer.Option("--posterior", help="Also sample the posterior; takes minutes."),
+        bool, flag("--posterior", "Also sample the posterior; takes minutes.")
     ] = False,
     prior: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME={KIND: [A, B]}",
-            help="A prior for the posterior, such as gamma={normal: [-0.5, 0.1]}.",
-        ),
+        option("NAME={KIND: [A, B]}", "A prior, such as gamma={normal: [-0.5, 0.1]}."),
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    overwrite: OverwriteOption = False,
     workers: WorkersOption = None,
     backend: BackendOption = None,
     scheduler: SchedulerOption = None,

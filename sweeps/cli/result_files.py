@@ -9,6 +9,7 @@ import typer
 
 from sweeps.cli.shared import (
     NoProgressOption,
+    OverwriteOption,
     WorkersOption,
     flag,
     option,
@@ -38,7 +39,7 @@ def boundary(
     at: Annotated[
         list[str] | None, option("KEY=VALUE", "The nearest point of a further axis; SI units.")
     ] = None,
-    overwrite: Annotated[bool, flag("--overwrite", "Replace an existing output.")] = False,
+    overwrite: OverwriteOption = False,
     workers: WorkersOption = None,
     no_progress: NoProgressOption = False,
 ) -> None:
@@ -90,7 +91,7 @@ def export(
     output: Annotated[
         Path | None, output_option("Table, .csv or .parquet. [default: FILE as .csv]")
     ] = None,
-    overwrite: Annotated[bool, flag("--overwrite", "Replace an existing table.")] = False,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Write a result as a table, for programs that do not read NetCDF.
 

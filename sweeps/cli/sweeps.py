@@ -249,7 +249,7 @@ def merge(
         list[Path], typer.Argument(metavar="FILE...", help="The parts of the result of one config.")
     ],
     output: Annotated[Path, output_option("Result file.")],
-    overwrite: Annotated[bool, flag("--overwrite", "Replace an existing output.")] = False,
+    overwrite: OverwriteOption = False,
     partial: Annotated[
         bool, flag("--partial", "Write the result even if points are missing.")
     ] = False,

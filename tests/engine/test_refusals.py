@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, everything, write
 
-from stickslip.kernels.version import NUMERICS_VERSION
 from sweeps.config.load import load
 from sweeps.engine import resume
 from sweeps.engine.existing import Target
@@ -38,12 +37,12 @@ def replaced(make: Callable[[], object]) -> None:
     make()
 
 
-def journal_of(text: str, **changes: object) -> None:
+def journal_of(text: str) -> None:
     """Leave the journal of an unfinished sweep of another config."""
     write("other.yaml", text)
     target, folder = Target.of(load("other.yaml")), RunFolder(A)
     folder.path.mkdir()
-    manifest = resume.manifest_of(target, Path("none.nc"), [], afresh=False) | changes
+    manifest = resume.manifest_of(target, Path("none.nc"), [], afresh=False)
     rows = Journal.create(folder.journal, manifest, target.keys, target.chunks)
     row = np.zeros((1, len(manifest["columns"])))
     rows.append(np.array([0]), row)
@@ -108,16 +107,6 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
         lambda _: replaced(lambda: journal_of(TWO)),
         2,
         "the journal in a.nc.run was computed with other settings",
-    ),
-    "a journal of another version": (
-        lambda _: journal_of(A_YAML, numerics_version=NUMERICS_VERSION + 1),
-        5,
-        "was begun by another version of stickslip",
-    ),
-    "a damaged journal": (
-        lambda _: (Path("a.nc.run").mkdir(), Path("a.nc.run/journal").write_text("none")),
-        5,
-        "a.nc.run/journal.json is damaged or missing",
     ),
     # the disk
     "no room": (

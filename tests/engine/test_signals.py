@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.sweeps.processes import HANGS, Running, default_signals
-from support.sweeps.sweeping import LOOSE, Shell, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, Shell, entries, hash_at_once, hash_of, write
 from support.sweeps.watching import HIDDEN, VISIBLE, Clock, OnTerminal
 
 from stickslip.dispatch import stop as stopping
@@ -221,10 +221,6 @@ def test_ctrl_c_does_not_wait_for_the_work(stubborn: str) -> None:
     assert child.ended() == (130, "ready\ntidied\n", "\nthe message\n")
 
 
-def left_over(folder: Path) -> list[str]:
-    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-
-
 @pytest.mark.parametrize("more", ["follow: omega\n", "execution: {block_points: 12}\n"])
 def test_a_stop_gives_up_blocks_that_take_too_long(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, more: str
@@ -264,27 +260,5 @@ def test_ctrl_c_on_a_terminal_shows_the_cursor_again(tmp_path: Path) -> None:
     assert message.strip().startswith("Stopped: Ctrl-C. ")
     assert message.strip().endswith("To resume:\r\n  stickslip sweep a.yaml -o a.nc")
     assert old.read_bytes() == b"an older result"
-    in_run = [f"a.nc.run/{name}" for name in ("heartbeat.json", "journal", "journal.json", "lock")]
-    assert left_over(tmp_path) == ["a.nc", *in_run, "a.yaml"]
-
-
-@pytest.mark.slow
-def test_ctrl_c_during_a_trajectory(tmp_path: Path) -> None:
-    arguments = ["--periods", "1000", "--set", "integrator.rtol=1e-12", "-o", "a.nc"]
-    code = (
-        "from sweeps.engine import trajectories\n"
-        "from sweeps.cli import main\n"
-        "simulate = trajectories.simulate\n"
-        "def announced(*a, **k):\n"
-        "    print('ready', flush=True)\n"
-        "    return simulate(*a, **k)\n"
-        "trajectories.simulate = announced\n"
-        "main()\n"
-    )
-    child = Running("-c", code, "simulate", *arguments, cwd=tmp_path)
-    child.says("ready\n")
-    child.signal(signal.SIGINT)
-    code, out, err = child.ended()
-    assert (code, out) == (130, "ready\n")
-    assert err.endswith("\nInterrupted; nothing was kept.\n")
-    assert left_over(tmp_path) == []
+    assert entries(tmp_path) == ["a.nc", "a.nc.run", "a.yaml"]
+    assert entries(tmp_path / "a.nc.run") == ["heartbeat.json", "journal", "journal.json", "lock"]
