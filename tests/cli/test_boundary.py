@@ -40,29 +40,25 @@ def test_the_command_writes_the_borders_of_the_function(
     command: Command, small: xr.Dataset, borders: xr.Dataset
 ) -> None:
     write_dataset(small, Path("map.nc"))
-    done = command("boundary", "map.nc", "--accuracy", "1e-4")
-    assert done.code == 0, done.err
+    done = command.ok("boundary", "map.nc", "--accuracy", "1e-4")
     xr.testing.assert_equal(open_result(Path("map-boundaries.nc")), borders)
     assert "stick_slip_symmetric" in done.out
     again = command("boundary", "map.nc")
     assert again.code == 2
     assert "--overwrite" in again.err
-    plotted = command(
+    command.ok(
         "plot", "map.nc", "--variable", "regime", "--boundaries", "map-boundaries.nc", "-o", "a.svg"
     )
-    assert plotted.code == 0, plotted.err
     assert Path("a.svg").is_file()
     refused = command("plot", "map.nc", "--boundaries", "map.nc")
     assert refused.code == 2
     assert "not a file of borders" in refused.err
-    table = command("boundary", "map.nc", "--accuracy", "1e-4", "-o", "lines.csv")
-    assert table.code == 0, table.err
+    command.ok("boundary", "map.nc", "--accuracy", "1e-4", "-o", "lines.csv")
     rows = pd.read_csv("lines.csv")
     assert list(rows.columns[:3]) == ["line", "temperature", "angular_frequency"]
     np.testing.assert_array_equal(rows.temperature, borders.temperature)
     assert set(rows.type) <= {"grazing", "fold", "meeting"}
-    exported = command("export", "map-boundaries.nc")
-    assert exported.code == 0, exported.err
+    command.ok("export", "map-boundaries.nc")
     pd.testing.assert_frame_equal(pd.read_csv("map-boundaries.csv"), rows)
 
 
@@ -70,8 +66,7 @@ def test_the_command_prints_the_borders_of_an_axis(command: Command, line: xr.Da
     write_dataset(line.expand_dims(spring_stiffness=[3000.0]), Path("line.nc"))
     done = command("boundary", "line.nc", "--at", "omega=20", "-o", "a.nc")
     assert done.code == 2  # a single point is left
-    done = command("boundary", "line.nc", "--accuracy", "1e-5", "-o", "a.csv")
-    assert done.code == 0, done.err
+    done = command.ok("boundary", "line.nc", "--accuracy", "1e-5", "-o", "a.csv")
     assert "rad s-1: stick_slip_asymmetric | stick_slip_symmetric, fold" in done.out
     write_dataset(line.sel(angular_frequency=slice(50, 60)), Path("part.nc"))
     done = command("boundary", "part.nc")
@@ -85,8 +80,7 @@ def test_the_command_prints_how_many_brackets_stayed_wide(command: Command) -> N
     slow = run({"model": {"T": 166}, "sweep": {"omega": [34.5625, 35.25]}})
     write_dataset(slow, Path("slow.nc"))
     for accuracy, is_wide in (("1e-2", False), ("1e-5", True)):
-        done = command("boundary", "slow.nc", "--accuracy", accuracy, "-o", f"{accuracy}.nc")
-        assert done.code == 0, done.err
+        done = command.ok("boundary", "slow.nc", "--accuracy", accuracy, "-o", f"{accuracy}.nc")
         assert ("1 bracket wider than asked, at motions that close late" in done.out) == is_wide
 
 
@@ -98,8 +92,7 @@ def test_a_report_has_borders_on_its_map(
     write_dataset(small, Path("map.nc"))
     write_dataset(borders, Path("lines.nc"))
     for name, options in (("without", []), ("with", ["--boundaries", "lines.nc"])):
-        done = command("report", "map.nc", "--orbits", "0", "-o", f"{name}.html", *options)
-        assert done.code == 0, done.err
+        command.ok("report", "map.nc", "--orbits", "0", "-o", f"{name}.html", *options)
     drawn = [
         Path(f"{name}.html").read_text("utf-8").count('"border: ') for name in ("without", "with")
     ]

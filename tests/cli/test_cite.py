@@ -19,8 +19,7 @@ def keys(entries: str) -> list[str]:
 
 
 def test_without_a_file_the_program_and_the_paper_are_cited(command: Command) -> None:
-    done = command("cite")
-    assert done.code == 0, done.err
+    done = command.ok("cite")
     assert keys(done.out) == ["stickslip", "lyashenko2013stick"]
     assert f"version = {{{metadata.version('stickslip')}}}" in done.out
 

@@ -265,7 +265,7 @@ def test_verbose_shows_details(command: Command) -> None:
     root = logging.getLogger()
     level = root.level
     try:
-        assert command("--verbose", "check", "a.yaml").code == 0
+        command.ok("--verbose", "check", "a.yaml")
         assert root.level == logging.DEBUG
     finally:
         root.setLevel(level)

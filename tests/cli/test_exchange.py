@@ -10,16 +10,14 @@ from sweeps.files.netcdf import content_hash, open_result
 
 
 def test_merged_parts_equal_the_whole_sweep(command: Command) -> None:
-    assert command("sweep", "a.yaml").code == 0
+    command.ok("sweep", "a.yaml")
     for number in (1, 2, 3):
-        done = command("sweep", "a.yaml", "--part", f"{number}/3")
-        assert done.code == 0, done.err
+        done = command.ok("sweep", "a.yaml", "--part", f"{number}/3")
         assert f"results/a.part-{number}-of-3.nc" in done.out
         assert f"part {number}/3: " in done.out
     parts = [f"results/a.part-{number}-of-3.nc" for number in (1, 2, 3)]
     assert "complete (part 1/3)\n" in command("status", parts[0]).out
-    done = command("merge", *parts, "-o", "merged.nc")
-    assert done.code == 0, done.err
+    done = command.ok("merge", *parts, "-o", "merged.nc")
     assert done.out.startswith("merged.nc\n4 points, 0 failed")
     whole = content_hash(open_result(Path("results/a.nc")))
     assert content_hash(open_result(Path("merged.nc"))) == whole
@@ -34,8 +32,8 @@ def test_a_table_is_written_once(command: Command) -> None:
     Path("a.csv").write_text("mine")
     assert "exists already; --overwrite" in command("export", "a.nc").err
     assert Path("a.csv").read_text() == "mine"
-    assert command("export", "a.nc", "--overwrite").code == 0
-    assert command("export", "a.nc", "-o", "deep/er/b.csv").code == 0
+    command.ok("export", "a.nc", "--overwrite")
+    command.ok("export", "a.nc", "-o", "deep/er/b.csv")
     assert entries("deep/er") == ["b.columns.csv", "b.csv"]
 
 
@@ -44,7 +42,7 @@ def test_an_export_that_was_killed_is_repeated(command: Command) -> None:
     command("export", "a.nc")
     whole = Path("a.csv").read_bytes()
     Path("a.csv").unlink()  # the columns get their name first
-    assert command("export", "a.nc").code == 0
+    command.ok("export", "a.nc")
     assert Path("a.csv").read_bytes() == whole
 
 

@@ -80,7 +80,7 @@ def test_unusable_files_are_refused(command: Command) -> None:
 
 def test_a_trajectory_is_no_result_of_a_sweep(command: Command) -> None:
     pytest.importorskip("bokeh", reason="bokeh is not installed")
-    assert command("simulate", "a.yaml", "--set", "temperature=200", "-o", "t.nc").code == 0
+    command.ok("simulate", "a.yaml", "--set", "temperature=200", "-o", "t.nc")
     code, out, err = command("explore", "t.nc")
     assert (code, out) == (2, "")
     assert err.startswith("t.nc: this is no result of a sweep")

@@ -41,8 +41,7 @@ def test_a_posterior_is_drawn_kept_and_opened(
     monkeypatch.setattr(posterior, "LONG", 10.0)
     Path("d.csv").write_text(table)
     options = ("--free", "k=1e4:2e5", "-o", "fit.nc", "--prior", "k={lognormal: [7e4, 0.02]}")
-    done = command("fit", "d.csv", *options, "--set", "integrator.rtol=1e-4")
-    assert done.code == 0, done.err
+    done = command.ok("fit", "d.csv", *options, "--set", "integrator.rtol=1e-4")
     assert "by the posterior: " in done.out
     assert "priors: viscosity_coefficient lognormal [70000, 0.02]" in done.out
     pictures = ["fit.png", "fit.pdf", "fit-posterior.png", "fit-posterior.pdf"]
@@ -55,7 +54,7 @@ def test_a_posterior_is_drawn_kept_and_opened(
     assert "fit.nc is complete, nothing to do" in again.err
     other = command("fit", "d.csv", *options[:-1], "k={lognormal: [7e4, 0.03]}")
     assert other.code == 2
-    assert command("replay", "fit.nc", "--at", "T=240").code == 0
+    command.ok("replay", "fit.nc", "--at", "T=240")
     groups = xr.open_dataset("fit.nc", group="posterior")
     xr.testing.assert_equal(groups.viscosity_coefficient.variable, ds.posterior_draws[0].variable)
     with warnings.catch_warnings():
@@ -67,26 +66,22 @@ def test_a_posterior_is_drawn_kept_and_opened(
 
 def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str) -> None:
     Path("d.csv").write_text(table)
-    done = command("fit", "d.csv", "--free", "k=1e4:2e5", "-o", "fit.nc", "--workers", "1")
-    assert done.code == 0, done.err
+    done = command.ok("fit", "d.csv", "--free", "k=1e4:2e5", "-o", "fit.nc", "--workers", "1")
     assert done.out.splitlines()[-4:] == ["fit.nc", "fit.yaml", "fit.png", "fit.pdf"]
     assert "viscosity_coefficient: " in done.out
     assert "stick_slip_symmetric" in done.out
     ds = open_result(Path("fit.nc"))
     low, high = (float(ds[f"parameter_interval_{side}"][0]) for side in ("lower", "upper"))
     assert low < 7e4 < high
-    swept = command("sweep", "fit.yaml", "-o", "curve.nc")
-    assert swept.code == 0, swept.err
+    command.ok("sweep", "fit.yaml", "-o", "curve.nc")
     curve = open_result(Path("curve.nc"))
     for name, values in curve.data_vars.items():
         xr.testing.assert_equal(ds[name].drop_vars("datum_variable", errors="ignore"), values)
     at = curve.friction_force_amplitude.interp(temperature=T)
     np.testing.assert_allclose(ds.fitted_value, at, rtol=2e-3)
-    replayed = command("replay", "fit.nc", "--at", "T=240")
-    assert replayed.code == 0, replayed.err
+    replayed = command.ok("replay", "fit.nc", "--at", "T=240")
     assert "agree with the file bit for bit" in replayed.out
-    drawn = command("plot", "fit.nc", "-o", "again.svg")
-    assert drawn.code == 0, drawn.err
+    command.ok("plot", "fit.nc", "-o", "again.svg")
     again = command("fit", "d.csv", "--free", "k", "-o", "fit.nc")
     assert again.code == 2
     assert "--overwrite" in again.err

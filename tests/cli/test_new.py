@@ -13,7 +13,7 @@ def test_a_new_config_is_valid(command: Command, kind: str) -> None:
     code, out, err = command("new", "film.yaml", "--kind", kind)
     assert (code, err) == (0, "")
     assert out.startswith("film.yaml\nnext: stickslip ")
-    assert command("check", "film.yaml").code == 0
+    command.ok("check", "film.yaml")
     text = Path("film.yaml").read_text()
     assert "film.yaml" in text
     assert "FILE" not in text

@@ -45,7 +45,7 @@ def test_simulate_needs_no_config(command: Command) -> None:
     code, _, err = command("simulate", *arguments, "--set", "T=250")
     assert code == 2
     assert "x/y.nc exists already" in err
-    assert command("simulate", *arguments, "--overwrite").code == 0
+    command.ok("simulate", *arguments, "--overwrite")
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def test_plot_keeps_the_variables_of_the_config(
     )
     ds = open_result(result).assign_attrs(config="plot: {variables: [melting_count]}")
     ds.to_netcdf("named.nc")
-    assert command("plot", "named.nc", *options).code == 0
+    command.ok("plot", "named.nc", *options)
     assert seen == [drawn]
 
 

@@ -36,8 +36,7 @@ def result(command: Command, computed: Path) -> Path:
 
 
 def test_a_point_is_computed_compared_written_and_drawn(command: Command, result: Path) -> None:
-    done = command("replay", "mine.nc", *POINT)
-    assert done.code == 0, done.err
+    done = command.ok("replay", "mine.nc", *POINT)
     assert "temperature = 200 K, rheological_index = -0.666667" in done.out
     assert "all 28 variables agree with the file bit for bit" in done.out
     for ending in (".nc", ".png", ".pdf"):
@@ -49,8 +48,7 @@ def test_a_point_is_computed_compared_written_and_drawn(command: Command, result
 
 def test_the_output_the_periods_and_the_start_can_be_chosen(command: Command, result: Path) -> None:
     options = ("-o", "b.nc", "--periods", "2", "--start", "initial")
-    done = command("replay", "mine.nc", *POINT, *options)
-    assert done.code == 0, done.err
+    command.ok("replay", "mine.nc", *POINT, *options)
     ds = open_result(Path("b.nc"))
     assert ds.sizes["elapsed_time"] == 4001
     assert ds.lower_displacement.values[0] == 0.0

@@ -133,7 +133,7 @@ def with_parts(shell: Shell, name: str) -> Verb:
         )
         for number in (1, 2):
             part = ("--part", f"{number}/2", "-o", f"{number}.nc")
-            assert shell("sweep", "m.yaml", *part).code == 0
+            shell.ok("sweep", "m.yaml", *part)
     return VERBS[name]
 
 
@@ -162,8 +162,7 @@ def require_same(found: dict[str, Any], expected: dict[str, Any], what: str = ""
 
 def undisturbed(shell: Shell, verb: Verb) -> dict[str, Any]:
     """The contents of the files after an undisturbed command; the files are removed again."""
-    done = shell(*verb.command)
-    assert done.code == 0, done.err
+    shell.ok(*verb.command)
     expected = contents(verb)
     assert None not in expected.values()
     for name in verb.files:
@@ -178,12 +177,10 @@ def undisturbed(shell: Shell, verb: Verb) -> dict[str, Any]:
 @pytest.mark.parametrize("name", readily(VERBS))
 def test_a_repeated_command_ends_well_and_harms_nothing(shell: Shell, name: str) -> None:
     verb = with_parts(shell, name)
-    first = shell(*verb.command)
-    assert first.code == 0, first.err
+    shell.ok(*verb.command)
     before, names = contents(verb), entries()
     assert not [name for name in names if name.endswith((".run", ".tmp", ".new"))]
-    again = shell(*verb.command)
-    assert again.code == 0, again.err
+    again = shell.ok(*verb.command)
     assert (contents(verb), entries()) == (before, names)
     assert [line for line in again.out.splitlines() if line in verb.files] == [*verb.files]
     said = f"{verb.files[0]} is complete, nothing to do\n"
@@ -212,8 +209,7 @@ def test_a_file_of_somebody_else_is_replaced_only_with_overwrite(shell: Shell, n
         assert entries() == before
     if name != "new":
         Path(verb.files[-1]).write_bytes(b"mine")
-        done = shell(*verb.command, "--overwrite")
-        assert done.code == 0, done.err
+        done = shell.ok(*verb.command, "--overwrite")
         assert b"mine" not in contents(verb).values()
 
 
@@ -243,8 +239,7 @@ def test_a_file_that_appears_meanwhile_is_left_alone(
     file.unlink()
     if name in KNOWING:
         monkeypatch.setattr(outputs, "begin", None)  # kept files are not made again
-        done = shell(*verb.command, *option)
-        assert done.code == 0, done.err
+        done = shell.ok(*verb.command, *option)
         assert None not in contents(verb).values()
         assert f"{verb.files[0]}.run" not in entries()
 
@@ -283,13 +278,13 @@ def test_files_left_by_another_command_are_not_dropped_silently(
     done = shell(*other)
     assert done.code == 2
     assert "was stopped before s.nc had its name: stickslip simulate a.yaml -o s.nc; " in done.err
-    assert shell(*other, "--overwrite").code == 0
+    shell.ok(*other, "--overwrite")
     assert entries() == sorted(["a.yaml", "box.yaml", "d.csv", "map.nc", "s.nc"])
 
 
 def test_an_edited_file_is_not_called_complete(shell: Shell) -> None:
     verb = VERBS["simulate"]
-    assert shell(*verb.command).code == 0
+    shell.ok(*verb.command)
     with netCDF4.Dataset("s.nc", "a") as file:
         file["friction_force"][3] += 1e-12
     edited = Path("s.nc").read_bytes()
@@ -325,7 +320,7 @@ def test_a_link_to_a_file_that_is_not_there_yet_is_written_through(
     verb, elsewhere = VERBS[name], tmp_path_factory.mktemp("elsewhere")
     for file in verb.files:
         Path(file).symlink_to(elsewhere / file)
-    assert shell(*verb.command).code == 0
+    shell.ok(*verb.command)
     for file in verb.files:
         assert Path(file).is_symlink()
     assert entries(elsewhere) == sorted(verb.files)
@@ -338,7 +333,7 @@ def test_a_link_to_a_file_that_is_not_there_yet_is_written_through(
 
 def test_a_sweep_writes_through_a_link_to_a_file_that_is_not_there_yet(shell: Shell) -> None:
     Path("x.nc").symlink_to("y.nc")
-    assert shell("sweep", "a.yaml", "-o", "x.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "x.nc")
     assert Path("x.nc").is_symlink()
     assert hash_of("y.nc") == hash_of("x.nc")
 
@@ -377,12 +372,11 @@ def test_a_folder_whose_name_is_not_utf_8_may_hold_all_but_netcdf(shell: Shell) 
         shutil.copy(name, ODD)
     os.chdir(ODD)
     for name in ("new", "export", "plot"):
-        done = shell(*VERBS[name].command)
-        assert done.code == 0, done.err
+        done = shell.ok(*VERBS[name].command)
     done = shell(*VERBS["simulate"].command)
     assert done.code == 2
     assert "s.nc lies in a folder whose name is not UTF-8" in done.err
-    assert shell("sweep", "a.yaml", "-o", "x.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "x.nc")
 
 
 # --- kills ---
@@ -510,7 +504,7 @@ def test_tables_are_the_same_apart_from_the_time_of_their_borders(
 ) -> None:
     pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     command = ["boundary", "map.nc", "--accuracy", "1e-2", "-o", "b.parquet"]
-    assert shell(*command).code == 0
+    shell.ok(*command)
     before = Path("b.parquet").read_bytes()
     monkeypatch.setattr("sweeps.files.attributes.now", lambda: "another time")
     done = shell(*command)

@@ -25,7 +25,7 @@ def test_a_planted_link_is_not_followed(shell: Shell, name: str) -> None:
     Path("precious").write_text("mine")
     RUN.mkdir()
     (RUN / name).symlink_to(Path("precious").absolute())
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     assert Path("precious").read_text() == "mine"
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
@@ -38,24 +38,24 @@ def test_a_file_that_appears_during_the_sweep_is_left_alone(shell: Shell) -> Non
     assert "a.nc was made or changed by somebody else while the sweep ran" in err
     assert Path("a.nc").read_text() == "mine"
     Path("a.nc").rename("theirs")
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     assert shell.computed == []
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
 def test_the_permissions_of_a_result_stay(shell: Shell, mode: int) -> None:
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     Path("a.nc").chmod(mode)
-    assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc", "--overwrite")
     assert Path("a.nc").stat().st_mode & 0o777 == mode
 
 
 def test_an_output_that_is_a_link_stays_one(shell: Shell) -> None:
     Path("disk").mkdir()
-    assert shell("sweep", "a.yaml", "-o", "disk/real.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "disk/real.nc")
     Path("a.nc").symlink_to("disk/real.nc")
-    assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc", "--overwrite")
     assert Path("a.nc").is_symlink()
     assert hash_of("disk/real.nc") == hash_at_once("a.yaml")
     assert entries("disk") == ["real.nc", "real.nc.timing.json"]
@@ -66,7 +66,7 @@ def test_an_output_that_is_a_link_stays_one(shell: Shell) -> None:
 
 @pytest.mark.parametrize("verb", ["info", "plot", "export"])
 def test_a_file_edited_by_hand_is_reported(shell: Shell, verb: str) -> None:
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     assert "warning" not in shell(verb, "a.nc").err
     with netCDF4.Dataset("a.nc", "a") as file:
         file["elastic_stress_amplitude"][0] = 1.0
@@ -79,7 +79,7 @@ def test_a_file_edited_by_hand_is_reported(shell: Shell, verb: str) -> None:
 
 
 def test_texts_from_files_do_not_control_the_terminal(shell: Shell) -> None:
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     with netCDF4.Dataset("a.nc", "a") as file:
         file.title = "red \x1b[31m, \x9b2J and a bell \x07"
     out = shell("info", "a.nc").out
@@ -99,7 +99,7 @@ def test_an_invalid_heartbeat_is_ignored(
     with monkeypatch.context() as patch:
         patch.setattr(RunFolder, "is_held", lambda _: True)
         assert shell("status", "a.nc")[:2] == (0, "a.nc: running\n")
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
 
 
 def test_a_config_full_of_errors_is_refused_in_one_screen(shell: Shell) -> None:

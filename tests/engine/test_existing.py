@@ -41,7 +41,7 @@ ALL = [200.0, 225.0, 250.0, 275.0]
 @pytest.fixture
 def shell(shell: Shell) -> Shell:
     """A folder with a complete result, `a.nc`, of `a.yaml`."""
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     return shell
 
 
@@ -126,7 +126,7 @@ def test_a_file_that_does_not_fit_is_left_alone_until_overwrite(
         assert found.err.startswith(words), verb
         assert found.err.endswith("--overwrite replaces it, -o writes elsewhere\n"), verb
         assert (everything(), shell.computed, "a.nc.run" in entries()) == (before, [], False)
-    assert shell("sweep", config, "--overwrite").code == 0
+    shell.ok("sweep", config, "--overwrite")
     assert hash_of("a.nc") == hash_at_once(config)
 
 
@@ -180,7 +180,7 @@ def test_an_unreadable_journal_is_reported_and_kept_until_overwrite(
         assert err.startswith(words)
         assert "--overwrite" in err or change is put_a_pipe
         assert everything(but="heartbeat.json") == before
-    assert shell(*sweep, "--overwrite").code == 0
+    shell.ok(*sweep, "--overwrite")
     assert hash_of("b.nc") == hash_of("a.nc")
 
 
@@ -208,7 +208,7 @@ def test_overwrite_computes_all_points_again(shell: Shell) -> None:
     assert (code, err) == (0, "5 points; 5 to compute\n")
     assert shell.values("temperature") == [*ALL, 300.0]
     assert hash_of("a.nc") == hash_at_once(config)
-    assert shell("sweep", config, "-o", "a.nc", "--overwrite").code == 0
+    shell.ok("sweep", config, "-o", "a.nc", "--overwrite")
     assert shell.values("temperature") == [*ALL, 300.0]  # even if nothing differs
 
 
@@ -224,7 +224,7 @@ def test_a_file_of_another_numerics_version_is_shown_and_drawn(shell: Shell) -> 
     assert (code, err) == (0, "")
     assert f"computed by numerics version {other}, this is {NUMERICS_VERSION}\n" in out
     assert everything() == before
-    assert shell("plot", "a.nc", "-o", "a.png").code == 0
+    shell.ok("plot", "a.nc", "-o", "a.png")
 
 
 def test_a_variable_that_a_user_added_is_not_carried_over(shell: Shell) -> None:
@@ -291,7 +291,7 @@ def test_an_interrupted_overwrite_stays_one_when_its_config_grows(shell: Shell) 
     grown = write("c.yaml", large, ONE_BY_ONE, LOOSE)
     assert shell.interrupted("sweep", grown, "-o", "a.nc", after=1).code == 4
     again = write("d.yaml", large.replace("330", "330, 340"), LOOSE)
-    assert shell("sweep", again, "-o", "a.nc").code == 0
+    shell.ok("sweep", again, "-o", "a.nc")
     assert hash_of("a.nc") == hash_at_once(again)
 
 
@@ -331,7 +331,7 @@ def test_an_interrupted_retry_is_resumed_without_the_option(shell: Shell, text: 
     write("b.yaml", text, LOOSE, ONE_BY_ONE)
     status = json.loads(shell("status", "b.nc", "--json").out)
     assert (status["state"], status["failed"], status["done"]) == ("interrupted", 0, 1 + len(done))
-    assert shell("sweep", config, "-o", "b.nc").code == 0
+    shell.ok("sweep", config, "-o", "b.nc")
     assert not done & set(shell.values("temperature"))
     assert hash_of("b.nc") == hash_at_once(config)
 
@@ -347,7 +347,7 @@ def test_retry_failed_of_an_interrupted_sweep_keeps_points_with_a_result(shell: 
     (ok,) = shell.values("temperature")
     shell.disturb = None
     Path("b.nc").unlink()
-    assert shell("sweep", config, "-o", "b.nc", "--retry-failed").code == 0
+    shell.ok("sweep", config, "-o", "b.nc", "--retry-failed")
     assert shell.values("temperature") == sorted(set(ALL) - {ok})
     assert hash_of("b.nc") == hash_of("a.nc")
 
@@ -390,7 +390,7 @@ def test_partial_writes_finished_points_and_the_sweep_is_resumed(shell: Shell, a
     assert np.array_equal(np.isnan(part.friction_force_amplitude), ~there)
     if alone:
         JOURNAL.unlink()
-    assert shell("sweep", config, "-o", "b.nc").code == 0
+    shell.ok("sweep", config, "-o", "b.nc")
     assert sorted(first + shell.values("temperature")) == ALL
     assert hash_of("b.nc") == hash_of("a.nc")
     assert "b.nc.run" not in entries()
@@ -405,18 +405,18 @@ def test_partial_of_nothing_is_refused(shell: Shell) -> None:
 
 def test_a_kept_journal_shows_the_next_run_that_all_is_done(shell: Shell) -> None:
     for again in range(2):
-        assert shell("sweep", "a.yaml", "-o", "b.nc", "--keep-journal").code == 0
+        shell.ok("sweep", "a.yaml", "-o", "b.nc", "--keep-journal")
         assert len(shell.computed) == (4 if again == 0 else 0)
         assert "journal" in entries("b.nc.run")
     assert hash_of("b.nc") == hash_of("a.nc")
-    assert shell("sweep", "a.yaml", "-o", "b.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "b.nc")
     assert shell.computed == []
     assert hash_of("b.nc") == hash_of("a.nc")
 
 
 def test_overwrite_computes_all_points_despite_a_kept_journal(shell: Shell) -> None:
     for _ in range(2):
-        assert shell("sweep", "a.yaml", "-o", "b.nc", "--overwrite", "--keep-journal").code == 0
+        shell.ok("sweep", "a.yaml", "-o", "b.nc", "--overwrite", "--keep-journal")
         assert shell.values("temperature") == ALL
 
 
@@ -429,5 +429,5 @@ def test_the_end_of_the_granted_time_prints_the_command_to_resume(shell: Shell) 
     assert (code, out) == (4, "")
     assert "Stopped: the time of --max-runtime is over." in err
     assert err.endswith("\n  stickslip sweep 'b b.yaml' -o b.nc --max-runtime 0.001s\n")
-    assert shell("sweep", config, "-o", "b.nc", "--max-runtime", "1h").code == 0
+    shell.ok("sweep", config, "-o", "b.nc", "--max-runtime", "1h")
     assert hash_of("b.nc") == hash_of("a.nc")

@@ -44,7 +44,7 @@ A_YAML = "sweep: {temperature: [200, 210, 230, 250, 270]}\n" + LOOSE + ONE_BY_ON
 @pytest.fixture
 def shell(shell: Shell) -> Shell:
     """A folder with a good result, `old.nc`, and `a.yaml`, which makes more of it."""
-    assert shell("sweep", write("old.yaml", SMALL, LOOSE), "-o", "old.nc").code == 0
+    shell.ok("sweep", write("old.yaml", SMALL, LOOSE), "-o", "old.nc")
     return shell
 
 

@@ -11,14 +11,14 @@ A_YAML = THREE + LOOSE + "observables: [harmonics]\n"
 
 
 def test_a_config_with_observables_equals_one_without(shell: Shell) -> None:
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     plain = write("b.yaml", THREE, LOOSE)
     assert "nothing to do" in shell("sweep", plain, "-o", "a.nc").err
-    assert shell("simulate", "a.yaml", "--set", "T=200", "-o", "b.nc").code == 0
+    shell.ok("simulate", "a.yaml", "--set", "T=200", "-o", "b.nc")
 
 
 def test_a_file_without_observables_is_shown_and_replayed_and_not_grown(shell: Shell) -> None:
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     with xr.open_dataset("a.nc") as ds:
         ds.drop_vars(["friction_force_rms", "friction_force_mean_abs"]).to_netcdf("b.nc")
     with netCDF4.Dataset("b.nc", "a") as file:
@@ -28,8 +28,8 @@ def test_a_file_without_observables_is_shown_and_replayed_and_not_grown(shell: S
     code, _, err = shell("sweep", more, "-o", "b.nc")
     assert (code, shell.computed, hash_of("b.nc")) == (2, [], before)
     assert "lacks friction_force_rms, friction_force_mean_abs, which this version computes" in err
-    assert shell("replay", "b.nc", "--at", "T=225", "--no-progress").code == 0
-    assert shell("plot", "b.nc", "--variable", "dissipated_energy", "-o", "a.png").code == 0
+    shell.ok("replay", "b.nc", "--at", "T=225", "--no-progress")
+    shell.ok("plot", "b.nc", "--variable", "dissipated_energy", "-o", "a.png")
     code, _, err = shell("plot", "b.nc", "--variable", "friction_force_rms", "-o", "b.png")
     assert code != 0
     assert "lacks friction_force_rms: it was written by an older version; sweep it again" in err

@@ -41,10 +41,10 @@ def test_a_power_cut_costs_only_unflushed_points(
     grown = f"sweep: {{T: {[200 + 10 * number for number in range(points)]}}}\n"
     expected = hash_at_once(write("a.yaml", grown, LOOSE, ONE_BY_ONE))
     write("old.yaml", "sweep: {T: [200, 230]}\n", LOOSE)
-    assert shell("sweep", "old.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "old.yaml", "-o", "a.nc")
     disk = Disk(Path())
     with disk.watching():
-        assert shell(*COMMAND).code == 0
+        shell.ok(*COMMAND)
     seen: set[int] = set()
     for count in range(len(disk.operations) + 1):
         for missing in disk.failures(count):

@@ -135,7 +135,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
 @pytest.fixture
 def shell(shell: Shell) -> Shell:
     """A folder with a complete result, `a.nc`, of `a.yaml`."""
-    assert shell("sweep", "a.yaml").code == 0
+    shell.ok("sweep", "a.yaml")
     Path("a.nc.timing.json").unlink()
     return shell
 
@@ -182,7 +182,7 @@ def test_a_folder_without_permission(shell: Shell) -> None:
 def test_an_output_that_is_being_written(shell: Shell) -> None:
     with RunFolder(A).held():
         told = {verb: shell(verb, "a.yaml") for verb in ("check", "plan", "sweep")}
-        assert shell("status", "a.yaml").code == 0
+        shell.ok("status", "a.yaml")
     assert {code for code, _, _ in told.values()} == {4}
     assert len({err for _, _, err in told.values()}) == 1
     assert "a.nc is being written by another run (process " in told["check"].err

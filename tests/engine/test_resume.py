@@ -67,7 +67,7 @@ def test_a_growing_result_computes_exactly_the_missing_points(
 ) -> None:
     small, large = write("small.yaml", before, LOOSE), write("large.yaml", after, LOOSE)
     there, wanted = points_of(small), points_of(large)
-    assert shell("sweep", small, "-o", "a.nc").code == 0
+    shell.ok("sweep", small, "-o", "a.nc")
     code, _, err = shell("sweep", large, "-o", "a.nc")
     told = rf"{counted(len(wanted), 'point')}.*: {len(there)} in a\.nc; {missing} to compute\n"
     assert (code, len(shell.computed)) == (0, missing)

@@ -94,14 +94,14 @@ def test_a_journal_damaged_again_and_again_is_reported_and_kept(
     assert "a.nc.run/journal is damaged again and again" in err
     assert "a.nc.run" in entries()
     assert "a.nc" not in entries()
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     assert hash_of("a.nc") == expected
 
 
 def test_a_result_without_all_points_replaces_nothing(
     shell: Shell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     before = Path("a.nc").read_bytes()
     nothing = np.full((5, len(RESULT_COLUMNS)), np.nan)
     monkeypatch.setattr(Journal, "chunk", lambda *_: nothing)

@@ -32,7 +32,7 @@ KILLS = {"followed": (None, [1]), "refined": (16, [1, 7]), "stochastic": (1, [1,
 def test_workers_blocks_processes_and_kills_change_nothing(shell: Shell, kind: str) -> None:
     write("a.yaml", KINDS[kind])
     hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
-    assert shell("sweep", "a.yaml", "-o", "b.nc", "--backend", "loky").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "b.nc", "--backend", "loky")
     points, numbers = KILLS[kind]
     blocks = [] if points is None else ["--set", f"execution.block_points={points}"]
     command = ["sweep", "a.yaml", "-o", "a.nc", *blocks]
@@ -41,5 +41,5 @@ def test_workers_blocks_processes_and_kills_change_nothing(shell: Shell, kind: s
         process = child(command, Mishap("os", "pwrite", 1, "half", within=block))
         process.join(HANGS)
         assert process.exitcode == -9
-    assert shell(*command).code == 0
+    shell.ok(*command)
     assert hashes == {hash_of("a.nc")} == {hash_of("b.nc")}

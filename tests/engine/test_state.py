@@ -85,7 +85,7 @@ def test_status_of_an_interrupted_a_partial_and_a_complete_sweep(shell: Shell) -
         assert err.startswith("a.nc does not exist yet: its sweep is not finished. The command")
         assert "--partial writes the points finished so far" in err
     shell("sweep", "a.yaml", "--partial")
-    assert shell("export", "a.nc").code == 0
+    shell.ok("export", "a.nc")
     assert state_of(shell, "a.nc") == expected
     shutil.rmtree("a.nc.run")
     assert state_of(shell, "a.nc") == expected | {"state": "partial"}
@@ -225,7 +225,7 @@ def test_a_second_signal_ends_at_once(shell: Shell, number: signal.Signals, code
     said = Path("messages").read_text()
     assert process.exitcode == code, said
     assert said.endswith("\nEnded at once; what was journaled is kept.\n")
-    assert shell("sweep", "a.yaml", "--overwrite").code == 0
+    shell.ok("sweep", "a.yaml", "--overwrite")
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 

@@ -24,14 +24,14 @@ stationary: {rtol: 1e-4, window: 20}
 
 
 def test_another_seed_makes_other_points(shell: Shell) -> None:
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--set", "noise.seed=6")
     assert code == 2
     assert "noise.seed: 5 -> 6" in err
 
 
 def test_a_point_of_a_stochastic_result_is_computed_again_and_drawn(shell: Shell) -> None:
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     point = point_of(open_result(Path("a.nc")), ["T=200", "gamma=0"])
     assert point.status == Status.OK
     assert not point.differences()

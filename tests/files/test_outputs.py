@@ -120,7 +120,7 @@ def test_a_full_disk_costs_no_finished_points(
 ) -> None:
     monkeypatch.chdir(small_disk)
     write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
     old = Path("a.nc").read_bytes()
     write(
         "b.yaml",
@@ -254,9 +254,9 @@ def test_damage_within_a_journal_costs_the_damaged_block_alone(shell: Shell) -> 
 
 @pytest.mark.slow
 def test_a_damaged_byte_of_an_older_result_never_adds_a_wrong_number(shell: Shell) -> None:
-    assert shell("sweep", "a.yaml", "-o", "good.nc").code == 0
+    shell.ok("sweep", "a.yaml", "-o", "good.nc")
     good, draw = Path("good.nc").read_bytes(), random.Random(11)
-    assert shell("sweep", write("b.yaml", FIVE, LOOSE), "-o", "five.nc").code == 0
+    shell.ok("sweep", write("b.yaml", FIVE, LOOSE), "-o", "five.nc")
     expected = open_result(Path("five.nc"))
     # Places all over the file, and numbers that compression left as they are but for their order.
     # A bit is cleared: what is set may be the length of a list that netCDF walks to its end.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import pytest
 
@@ -33,7 +33,11 @@ class Result(NamedTuple):
     err: str
 
 
-Command = Callable[..., Result]
+class Command(Protocol):
+    """The command line in this process; `ok` fails unless the exit code is 0."""
+
+    def __call__(self, *arguments: str) -> Result: ...
+    def ok(self, *arguments: str) -> Result: ...
 
 
 def result_of(

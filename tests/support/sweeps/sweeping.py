@@ -57,6 +57,12 @@ class Shell:
         self.computed.clear()
         return result_of(arguments, self._monkeypatch, self._capsys)
 
+    def ok(self, *arguments: str) -> Result:
+        """Run a command that must end with the exit code 0."""
+        done = self(*arguments)
+        assert done.code == 0, done.err
+        return done
+
     def interrupted(self, *arguments: str, after: int, by: int = signal.SIGTERM) -> Result:
         """Run a command, with a signal during block number `after`, counted from 1."""
         begun = 0
