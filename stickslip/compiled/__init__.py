@@ -1,1 +1,1 @@
-"""Compiled code: the decorators, the loop over lanes, the cache, elementary functions."""
+"""Compiled code: its decorators and cache, the loop over lanes, and elementary functions."""

@@ -1,7 +1,7 @@
-"""The cache of compiled code: a folder named by a hash of all sources, and files with checksums.
+"""The cache of compiled code, a folder for each hash of all sources, and files with checksums.
 
-This subclasses private parts of Numba. tests/compiled/test_cache.py fails if a new version of Numba
-changes them, which is why pyproject.toml sets an upper bound on that version.
+The classes here extend private parts of Numba. If a new version of Numba changes those,
+tests/compiled/test_cache.py fails; therefore pyproject.toml sets an upper bound on the version.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _KEPT_SECONDS = 30 * 86400.0
 
 
 class SteadyCache(FunctionCache):
-    """Numba's file cache, which recompiles where a damaged file would have raised."""
+    """Numba's file cache, which compiles again instead of raising an error for a damaged file."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         try:
@@ -42,16 +42,17 @@ class SteadyCache(FunctionCache):
         self._cache_file = _CheckedFile(self._cache_path, impl.filename_base, stamp)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """Signature, processor and name; Numba's own hashes a closure by its identity.
+        """Return signature, processor and name; Numba's own key depends on a closure's identity.
 
-        The sources, whose hash names the folder, determine what a name stands for.
+        A name is enough, since the folder belongs to one hash of the sources.
         """
         return sig, codegen.magic_tuple(), self._name
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the cached code, or None if it is damaged.
 
-        Numba's own method first imports everything that a compilation needs: a quarter of a second.
+        Numba's own method first imports everything that a compilation needs, which takes a quarter
+        of a second.
         """
         try:
             rtsys.initialize(target_context)
@@ -63,7 +64,7 @@ class SteadyCache(FunctionCache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Store compiled code, or warn if that fails."""
+        """Store compiled code; if that fails, warn."""
         try:
             super().save_overload(sig, data)
         except Exception as error:  # noqa: BLE001 - a full disk must not stop a computation
@@ -71,7 +72,7 @@ class SteadyCache(FunctionCache):
 
 
 def is_kept(kernel: Any) -> bool:
-    """Tell whether a kernel, which has one signature, is compiled here or on disk."""
+    """Return whether a kernel, which has a single signature, is compiled here or on disk."""
     if kernel.signatures:
         return True
     file = getattr(kernel._cache, "_cache_file", None)  # None without a cache folder
@@ -79,7 +80,7 @@ def is_kept(kernel: Any) -> bool:
 
 
 class _CheckedFile(IndexDataCacheFile):
-    """Numba's data file with a checksum: code with a page missing would crash the process."""
+    """Numba's data file with a checksum, as code that lacks a page would crash the process."""
 
     def _save_data(self, name: str, data: Any) -> None:
         pickled = self._dump(data)
@@ -96,7 +97,7 @@ class _CheckedFile(IndexDataCacheFile):
 class OneFolder(UserProvidedCacheLocator):
     """Keeps all code in one folder, wherever the sources are.
 
-    Numba's own locator would make a folder for each location. Kernels are told apart by name.
+    Numba's own locator would make a folder for each location. The kernels differ by name.
     """
 
     @classmethod
@@ -108,14 +109,15 @@ class OneFolder(UserProvidedCacheLocator):
 class CacheFolder:
     """Points Numba to the package's own cache folder while a kernel is declared.
 
-    Raises RuntimeError if there is none, or none that can be trusted.
+    Raises RuntimeError if there is no such folder, or none that can be trusted.
     """
 
     def __enter__(self) -> None:
         folder = usable_cache_folder()
         self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
         numba_config.CACHE_DIR = str(folder)
-        # Otherwise Numba would fall back from an unwritable folder to __pycache__, without a hash.
+        # With its other locators Numba would replace an unwritable folder by __pycache__, which is
+        # not tied to a hash of the sources.
         numba_config.CACHE_LOCATOR_CLASSES = f"{__name__}.{OneFolder.__name__}"
 
     def __exit__(self, *exception: object) -> None:
@@ -125,8 +127,8 @@ class CacheFolder:
 def cache_folder() -> Path:
     """Return the folder for the compiled code of exactly these sources.
 
-    In a folder that several users share, such as /tmp, each has one of their own. Raises
-    RuntimeError if there is no home folder.
+    Where several users share the cache, as in /tmp, each has a separate folder. Raises RuntimeError
+    if there is no home folder.
     """
     root = _cache_root()
     user = f"{os.geteuid()}-" if root.is_dir() and writable_by_others(root.stat()) else ""
@@ -134,19 +136,19 @@ def cache_folder() -> Path:
 
 
 def usable_cache_folder() -> Path:
-    """Return the `cache_folder`, in which code is kept; raises RuntimeError where none is."""
+    """Make and return the `cache_folder`; raises RuntimeError if it cannot be used."""
     folder = cache_folder()
     _prepare(folder)
-    refuse_planted(folder)
+    _refuse_planted(folder)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise RuntimeError(f"{folder} cannot be written; set NUMBA_CACHE_DIR")
     return folder
 
 
-def refuse_planted(folder: Path) -> None:
-    """Raise RuntimeError where another user could have put code into the folder: it would be run.
+def _refuse_planted(folder: Path) -> None:
+    """Raise RuntimeError if another user could have put code into the folder, which we would run.
 
-    A folder that does not exist, or cannot be looked at, gives no code.
+    A folder that does not exist, or cannot be inspected, is accepted: no code comes from it.
     """
     with contextlib.suppress(OSError):
         root, found = folder.parent.stat(), folder.lstat()
@@ -162,13 +164,13 @@ def refuse_planted(folder: Path) -> None:
 
 
 def writable_by_others(status: os.stat_result) -> bool:
-    """Return whether others than the owner of a file or folder may write to it."""
+    """Return whether anyone but its owner may write to a file or folder."""
     return bool(status.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
 
 @cache
 def _prepare(folder: Path) -> None:
-    """Make the folder, for its owner alone, and remove folders of old sources."""
+    """Make the folder, accessible to its owner only, and remove folders of old sources."""
     with contextlib.suppress(OSError):  # Numba reports a folder that cannot be written
         if not folder.exists():
             folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -189,7 +191,7 @@ def _cache_root() -> Path:
     if numba_config.CACHE_DIR:  # set by NUMBA_CACHE_DIR
         return Path(numba_config.CACHE_DIR)
     home = Path(os.environ.get("XDG_CACHE_HOME") or "")
-    if home.is_absolute():  # else it is ignored, as the XDG specification says
+    if home.is_absolute():  # the XDG specification says to ignore any other
         return home / "stickslip"
     try:
         return Path("~/.cache/stickslip").expanduser()
@@ -199,7 +201,7 @@ def _cache_root() -> Path:
 
 @cache
 def source_hash() -> str:
-    """Return the hexadecimal SHA-256 of the package's Python sources: its fingerprint."""
+    """Return the hexadecimal SHA-256 of the package's Python sources."""
     root = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
@@ -210,11 +212,11 @@ def source_hash() -> str:
 
 @cache
 def processor() -> str:
-    """Return the processor type of compiled code: within one, results agree bit for bit."""
+    """Return the processor type of compiled code. Results of one type agree bit for bit."""
     return str(numba_config.CPU_NAME or get_host_cpu_name())
 
 
 @cache
 def warn_once(message: str) -> None:
-    """Issue a RuntimeWarning, but only the first time for each message."""
+    """Issue a RuntimeWarning once for each message."""
     warnings.warn(message, RuntimeWarning, stacklevel=3)

@@ -1,4 +1,4 @@
-"""A hash of functions by what they do: their code, and the code and numbers that it refers to."""
+"""A hash of what functions do, from their code and the functions and numbers that it refers to."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from typing import Any
 
 from numba.core.dispatcher import Dispatcher
 
-_MODULES = ("math", "numpy", "numba", "stickslip")  # versions of them are accounted for elsewhere
+_MODULES = ("math", "numpy", "numba", "stickslip")  # their versions are accounted for elsewhere
 _PLAIN = (int, float, str, bytes, type(None), type(Ellipsis))
 
 
 def code_hash(functions: Iterable[Any]) -> str:
     """Return the hexadecimal SHA-256 of functions, plain or compiled by Numba.
 
-    It changes with their code, their defaults, and what they refer to: other functions and numbers.
-    It is that of one version of Python.
+    It changes with their code, their defaults, and the functions and numbers that they refer to. It
+    also differs between versions of Python.
 
-    Raises TypeError, naming it, for a reference to anything else, whose changes it could not see.
+    Raises TypeError with the name of a reference to anything else, which may change unnoticed.
     """
     digest, seen = hashlib.sha256(), set[int]()
-    for function in functions:  # these themselves get our flags
+    for function in functions:  # the flags of the law's own functions do not count: we set them
         _take(digest, getattr(function, "py_func", function), "a function of the law", seen)
     return digest.hexdigest()
 
 
 def _take(digest: Any, value: Any, name: str, seen: set[int]) -> None:
-    """Take a value into the hash: a function once, with all that it refers to."""
+    """Add a value to the hash; a function only once, with everything that it refers to."""
     if isinstance(value, Dispatcher):
         flags = {k: sorted(v) if isinstance(v, set) else v for k, v in value.targetoptions.items()}
         digest.update(repr(sorted(flags.items())).encode())
@@ -64,7 +64,7 @@ def _take(digest: Any, value: Any, name: str, seen: set[int]) -> None:
 
 
 def _names(code: CodeType) -> set[str]:
-    """Return the names outside itself that code refers to, with those of functions inside."""
+    """Return the global names that code refers to, including the functions inside it."""
     loaded = {each.argval for each in get_instructions(code) if each.opname == "LOAD_GLOBAL"}
     inside = [constant for constant in code.co_consts if isinstance(constant, CodeType)]
     return loaded.union(*map(_names, inside))

@@ -1,8 +1,7 @@
-"""Compilers for the two kinds of compiled functions: sealed kernels, and the parts that they call.
+"""Compilers for the two kinds of compiled functions, sealed kernels and the parts that they call.
 
-This subclasses private parts of Numba. test_compilers.py and test_symbols.py in tests/compiled fail
-if a new version of Numba changes them, which is why pyproject.toml sets an upper bound on that
-version.
+The classes here extend private parts of Numba. If a new version of Numba changes those,
+tests/compiled/test_compilers.py fails; therefore pyproject.toml sets an upper bound on the version.
 """
 
 from __future__ import annotations
@@ -23,9 +22,9 @@ class _SealedLibrary(JITCodeLibrary):
     """Machine code of which other code sees only the entry point.
 
     The functions inside become private before they are optimised. Internal linkage would not be
-    enough: the loader uses the first copy of a function that it sees for all weak ones of the same
-    name, even internal ones, and optimisation changes their calling conventions, which crashes
-    callers.
+    enough. The loader takes the first copy that it sees of a function for all weak functions of
+    that name, even internal ones. Optimisation changes their calling conventions, so that a caller
+    of the wrong copy crashes.
     """
 
     def _optimize_final_module(self) -> None:
@@ -39,9 +38,9 @@ class SealedCompiler(Compiler):
     """Compiles a kernel and everything that it calls into private code.
 
     Numba keeps the functions that a kernel calls as weak symbols, of which a process uses the copy
-    that it loaded first: after a compilation the one compiled by itself, after loading from the
-    cache that of some kernel. The copies were optimised in different contexts and differ in the
-    last bits, so that a first run gave different numbers from all later ones.
+    that it loaded first. After a compilation this is the copy compiled separately, after loading
+    from the cache it comes from one of the kernels. The copies were optimised in different contexts
+    and differ in the last bits, so a first run gave other numbers than all later ones.
     """
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *others: Any) -> None:
@@ -50,7 +49,7 @@ class SealedCompiler(Compiler):
         super().__init__(typing_context, target, library, *others)
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
-        """Compile without garbage collection, which takes a tenth of the time and finds little."""
+        """Compile without garbage collection, which would take a tenth of the time for little."""
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -61,7 +60,7 @@ class SealedCompiler(Compiler):
 
 
 class _PartLibrary(JITCodeLibrary):
-    """LLVM code to be linked into kernels; it never becomes machine code by itself."""
+    """LLVM code that is linked into kernels and never becomes separate machine code."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
@@ -79,11 +78,11 @@ _NO_ENTRY = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 class Part(CPUDispatcher):
-    """A function that becomes machine code only in the kernels it is compiled into.
+    """A function that becomes machine code only inside the kernels that call it.
 
-    Numba makes machine code and a Python entry for every function that a kernel calls, although
-    only the kernel ever runs it; that takes a third of the compile time of a first run. When Python
-    calls a part, as tests do, it is compiled `alone`.
+    Numba would make machine code and a Python entry for every such function, although only the
+    kernel runs it. That takes a third of the compile time of a first run. When Python calls a part,
+    as tests do, the part is compiled `alone`.
     """
 
     def __init__(
@@ -97,16 +96,16 @@ class Part(CPUDispatcher):
 
     @cached_property
     def alone(self) -> Any:
-        """The function with its own machine code and Python entry."""
+        """The function compiled with a Python entry."""
         options = {**self.targetoptions, "no_cpython_wrapper": False}
         return CPUDispatcher(self.py_func, self.locals, options)
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """Call the function from Python, compiled on its own."""
+        """Call the function from Python."""
         return self.alone(*args, **kwargs)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Use one version for all constant arguments: optimisation inserts the constants anyway."""
+        """Use one version for all constant arguments, as optimisation inserts them anyway."""
         if "forceinline" not in self.targetoptions:
             args, kws = tuple(map(unliteral, args)), {k: unliteral(v) for k, v in kws.items()}
         return super().get_call_template(args, kws)
@@ -114,7 +113,8 @@ class Part(CPUDispatcher):
     def add_overload(self, result: Any) -> None:
         """Register the compiled code with its callers.
 
-        Numba identifies a function by its entry point; without one, any unique object will do.
+        Numba identifies a function by its entry point. A part has none, and any unique object will
+        do.
         """
         key = object()
         self.targetctx.insert_user_function(key, result.fndesc, [result.library])

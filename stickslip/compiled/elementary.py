@@ -1,7 +1,7 @@
 """Elementary functions in plain arithmetic, without library calls, so that loops vectorise.
 
-They operate on the bits of a double where a library would branch, use no integer operation that
-AVX2 lacks, and propagate NaN. Errors are in units of the last place (ulp, 1.1e-16).
+They operate on the bits of a double where a library would branch, use only integer operations of
+AVX2, and propagate NaN. Errors are in units of the last place (ulp, 1.1e-16).
 """
 
 from __future__ import annotations
@@ -12,30 +12,30 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline
 
-# Added to a number below 2^51 this leaves its nearest integer in the lowest bits of the sum. This
+# Adding this to a number below 2^51 leaves the nearest integer in the lowest bits of the sum. That
 # depends on the order of summation, so these functions must never be compiled with `reassoc`.
 _ROUND = 6755399441055744.0  # 1.5 * 2^52
 
 _U = np.uint64
 
-# High word of the bits of 1.0 times 4/3, minus a correction that balances the linear guess.
+# The high word of the bits of 1.0, times 4/3, minus a correction that balances the linear guess.
 _CUBE_SEED = _U(0x553EF0FF)
 _LOW_WORD, _ONE_THIRD = _U(0xFFFFFFFF), _U(0xAAAAAAAB)  # (n * 0xAAAAAAAB) >> 33 is n/3
 
-# ln 2 and pi/2 in two parts; the first has so few digits that its small multiples are exact.
+# ln 2 and pi/2, each in two parts; the first has so few digits that its small multiples are exact.
 _LN2 = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _HALF_PI = 1.57079632673412561417e00, 6.07710050650619224932e-11
 
 _LARGEST_EXPONENT = 345.0
-"""exp(x) and exp(-x), and their squares, are normal numbers up to here."""
+"""Up to here exp(x), exp(-x) and their squares are normal numbers."""
 
 
 @inline
 def inverse_cube_root(x: float) -> float:
     """x^(-1/3) for normal `x` > 0, to 2 ulp; large and finite for 0.
 
-    The exponent bits give a guess to 4 %; two steps of a fourth-order iteration without a
-    division make it exact to rounding.
+    The exponent bits give a guess to 4 %. Two steps of a fourth-order iteration without a division
+    make it exact to rounding.
     """
     bits = np.float64(x).view(np.uint64)
     third = (((bits >> _U(32)) & _LOW_WORD) * _ONE_THIRD) >> _U(33)
@@ -57,7 +57,7 @@ def cube_root(x: float) -> float:
 def exponentials(x: float) -> tuple[float, float]:
     """exp(x) and exp(-x), to 4 ulp; `x` is cut off at +-345.
 
-    Even and odd part of the series serve both, so the second is nearly free.
+    The even and the odd part of the series serve both, so the second result is nearly free.
     """
     x = max(x, -_LARGEST_EXPONENT)
     x = min(x, _LARGEST_EXPONENT)
@@ -85,7 +85,7 @@ def _odd_tail(s: float) -> float:
 
 @inline
 def _scaled(x: float, exponent: int) -> float:
-    """x times a power of two, given by the bits of its exponent field."""
+    """x times a power of two, which is given by the bits of its exponent field."""
     return np.int64(np.float64(x).view(np.int64) + exponent).view(np.float64)
 
 
@@ -117,7 +117,7 @@ def _cosine_tail(s: float) -> float:
 
 @inline
 def _negated(x: float, quarter: int) -> float:
-    """x, or -x in the second half of a turn."""
+    """x, or -x if the quarter belongs to the second half of a turn."""
     sign = np.int64((quarter & 2) << 62)
     return np.int64(np.float64(x).view(np.int64) ^ sign).view(np.float64)
 
@@ -144,13 +144,13 @@ def logarithm(x: float) -> float:
 def power(x: float, exponent: float) -> float:
     """x^exponent for `x` >= 0 and exponent > 0, to 4e-16 (1 + |ln(result)|).
 
-    Nonzero results below 1e-149 come out as about that: 0 for any physical purpose.
+    Nonzero results below 1e-149 come out as about 1e-149, which is 0 for any physical purpose.
     """
     result, _ = exponentials(exponent * logarithm(x))
     return result if x > 0.0 else x  # 0 and NaN
 
 
-# Bits of 1.0 twice, minus a correction that balances the error of the linear guess.
+# Twice the bits of 1.0, minus a correction that balances the error of the linear guess.
 _RECIPROCAL_SEED = _U(0x7FDE623822FC16E6)
 
 
@@ -158,7 +158,7 @@ _RECIPROCAL_SEED = _U(0x7FDE623822FC16E6)
 def reciprocal(x: float) -> float:
     """1/x for `x` between 1e-300 and 1e300, to 1 ulp, for loops in which a division is too slow.
 
-    The exponent bits give a guess to 5 %; two steps of a fourth-order iteration do the rest.
+    The exponent bits give a guess to 5 %. Two steps of a fourth-order iteration do the rest.
     """
     r = np.uint64(_RECIPROCAL_SEED - np.float64(x).view(np.uint64)).view(np.float64)
     for _ in range(2):

@@ -1,8 +1,8 @@
 """Compiled functions that are generated from a declaration, field by field.
 
-Numba compiles neither `Tuple(*row)` nor keywords that are only known at run time. So the source of
-the function is generated, as `dataclasses` does, with every field by name: a field without a value
-is an error when the function is made, not a default that nobody notices.
+Numba compiles neither `Tuple(*row)` nor keywords that are known only at run time. So we generate
+the source of the function, as `dataclasses` does, and name every field in it. A missing value is
+then an error when the function is made, and not a default that nobody notices.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from stickslip.compiled.decorators import inline
 def make_tuple_maker(
     kind: Any, arguments: str, values: Mapping[str, str | float], names: Mapping[str, Any]
 ) -> Any:
-    """Return an inline function of `arguments` that makes a `kind`, each field from its expression.
+    """Return an inline function of `arguments` that makes a `kind` from an expression per field.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ def make_tuple_maker(
     arguments
         The arguments of the function as in a definition, such as `row` or `p, s`.
     values
-        For each field an expression in the arguments, or a number that becomes a literal, so that
-        the compiler can remove operations that a 0 or a 1 makes superfluous.
+        For each field an expression in the arguments, or a number. A number becomes a literal, so
+        that the compiler removes operations that a 0 or a 1 makes superfluous.
     names
         Other names that the expressions use.
 
@@ -39,7 +39,7 @@ def make_tuple_maker(
     if set(values) != set(kind._fields):
         wrong = sorted(set(values) ^ set(kind._fields))
         raise TypeError(f"{kind.__name__}: no value for, or no field called {', '.join(wrong)}")
-    # Numba allows no conditional among more than fifteen keywords: each value gets its own line.
+    # Numba allows no conditional among more than fifteen keywords, so each value has its own line.
     lines = [f"the_{field} = {values[field]!s}" for field in kind._fields]
     fields = ", ".join(f"the_{field}" for field in kind._fields)
     return make_function(
@@ -57,12 +57,17 @@ def make_row_reader(kind: Any) -> Any:
 
 
 def make_lane_reader(kind: Any, first: int, get: Callable[..., float]) -> Any:
-    """Return an inline function of (lanes, lane) that makes a `kind` from slots, the `first` on.
+    """Return an inline function of (lanes, lane) that makes a `kind` from the slots at `first`.
 
     `get(lanes, slot, lane)` reads a slot, as in `numerics.lane_array`.
     """
     values = {field: f"get(lanes, {first + i}, lane)" for i, field in enumerate(kind._fields)}
     return make_tuple_maker(kind, "lanes, lane", values, {"get": get})
+
+
+def make_tuple_reader(width: int) -> Any:
+    """Return an inline function of a row that returns its first numbers as a tuple."""
+    return make_map(f"read_tuple[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
 
 
 def make_map(name: str, arguments: str, components: Iterable[str], names: Mapping[str, Any]) -> Any:
@@ -71,7 +76,7 @@ def make_map(name: str, arguments: str, components: Iterable[str], names: Mappin
 
 
 def make_function(name: str, arguments: str, lines: Iterable[str], names: Mapping[str, Any]) -> Any:
-    """Return an inline function with these lines, which may use `names` besides the arguments."""
+    """Return an inline function of these lines, which may use `names` besides the arguments."""
     scope, body = dict(names), "\n    ".join(lines)
     exec(f"def function({arguments}):\n    {body}\n", scope)
     function = scope["function"]
@@ -80,5 +85,5 @@ def make_function(name: str, arguments: str, lines: Iterable[str], names: Mappin
 
 
 def _digest(values: Mapping[str, str | float]) -> str:
-    """Return a digest that distinguishes functions which make the same class."""
+    """Return a digest that distinguishes functions that make the same class."""
     return hashlib.sha256(repr(sorted(values.items())).encode()).hexdigest()[:8]

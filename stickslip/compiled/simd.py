@@ -1,4 +1,4 @@
-"""The loop over lanes: one scalar function for many points, compiled to vector instructions."""
+"""The loop over lanes, which compiles a scalar function to vector instructions for many points."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-# Left to itself, the vectoriser uses half the width of an AVX-512 machine and one vector at a time,
-# so that a step waits for its own results; two in flight make it 1.3 to 1.8 times as fast. If
+# By default the vectoriser uses half the width of an AVX-512 machine and one vector at a time, so
+# that a step waits for its own results. Two vectors at a time make it 1.3 to 1.8 times as fast. If
 # registers are shorter, the compiler splits a vector into several, with the same effect.
 VECTOR = 8
 """Lanes per vector of a lane loop."""
@@ -22,11 +22,11 @@ LANES = VECTOR * _INTERLEAVED
 
 @intrinsic
 def _for_lanes(typing_context: Any, lanes: Any, body: Any, arguments: Any) -> Any:
-    """Call `body(lane, *arguments)` for each lane, as one loop that is compiled to vectors.
+    """Call `body(lane, *arguments)` for each lane in a loop that is compiled to vectors.
 
-    `lanes` is a multiple of LANES; `body` an `inline` function without branches, calls or loops,
-    whose lanes share no element. Otherwise the loop becomes scalar code, with the same results but
-    slow (tests inspect the assembly).
+    `lanes` must be a multiple of LANES, and `body` an `inline` function without branches, calls or
+    loops, whose lanes share no element. Otherwise the loop becomes scalar code, which gives the
+    same results but is slow (tests inspect the assembly).
     """
     signature = types.void(lanes, body, arguments)
     call = (types.int64, *arguments.types)
@@ -55,11 +55,11 @@ def _for_lanes(typing_context: Any, lanes: Any, body: Any, arguments: Any) -> An
     return signature, codegen
 
 
-for_lanes: Any = _for_lanes  # Numba's type hints do not cover calls of an intrinsic
+for_lanes: Any = _for_lanes  # Numba's type hints do not cover the call of an intrinsic
 
 
 def _loop_hints(module: Any) -> Any:
-    """LLVM's loop metadata: vector width and number of vectors at a time, no earlier unrolling."""
+    """Return LLVM's metadata of a loop: vector width, vectors at a time, no earlier unrolling."""
     hints = [
         [ir.MetaDataString(module, "llvm.loop.vectorize.enable"), ir.IntType(1)(1)],
         [ir.MetaDataString(module, "llvm.loop.vectorize.width"), ir.IntType(32)(VECTOR)],
