@@ -1,1 +1,1 @@
-"""Points over workers: whoever needs rows of results asks for them here."""
+"""The computation of many points by workers, for everything that needs rows of results."""

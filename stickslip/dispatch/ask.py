@@ -1,4 +1,4 @@
-"""Points over workers, whatever happens to the workers: the one way to rows of results."""
+"""The computation of many points by workers, some of which may die."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from stickslip.variables import RESULT_COLUMNS
 
 log = logging.getLogger(__name__)
 
-# A worker may die for reasons of its own, such as a machine that is taken away.
+# A worker may also die for another reason, such as a machine that is switched off.
 _DEATHS_OF_A_POINT = 3
 
 _NONE = np.array([], dtype=np.int64)
 
 _WRONG = (
-    "what came back from a worker cannot be the block that it was given; what is finished is kept, "
+    "what came back from a worker cannot be the block that it was given; finished points are kept, "
     "and the same command resumes"
 )
 
@@ -40,10 +40,10 @@ RowsOf: TypeAlias = Callable[[NDArray[np.int64]], NDArray[np.float64]]
 
 
 class Order(Protocol):
-    """The order in which points are computed: their numbers, cut into blocks.
+    """The order in which points are computed, as blocks of their numbers.
 
-    `line` points at a time belong together, each starting from the one before; 1 for points alone.
-    Late points are left over, and computed together, where it `defers` them.
+    Each `line` of points belongs together, because every point starts from the one before; single
+    points are lines of 1. If the order `defers` late points, they are computed together later.
     """
 
     @property
@@ -54,7 +54,7 @@ class Order(Protocol):
     def __iter__(self) -> Iterator[NDArray[np.int64]]: ...
 
     def learn(self, points: int, seconds: float) -> None:
-        """Take in what a finished block cost."""
+        """Take note of the cost of a finished block."""
 
 
 def ask(
@@ -68,27 +68,27 @@ def ask(
     most: int | None = None,
     limit: int = 0,
 ) -> Iterator[Block]:
-    """Compute points, and yield their blocks as they are finished; more may be ordered meanwhile.
+    """Compute points, and yield their blocks as they finish; the order may grow meanwhile.
 
-    Points that take more than `limit` drive periods, where it is not 0, come back `pending`.
+    Points that take more than `limit` drive periods come back `pending`; 0 means no limit.
 
-    Late points are computed together at the end where the order defers them, `most` at a time where
-    that is given. After a request to stop no further block is begun. Those in flight still come for
-    a while, but for points that may take any time (`Task.is_unlimited`): they are given up. Where
-    workers die, the blocks in flight are computed again one at a time and in ever smaller pieces,
-    until the point, or the line, is alone that no worker survives; it gets the status `failed`.
-    `in_flight` always knows which tasks have not come back. Raises ExecutorError.
+    If the order defers late points, they are computed together at the end, `most` at a time. After
+    a request to stop no further block begins. For a while we still wait for the blocks in flight,
+    except those that may take any time (`Task.is_unlimited`), which are given up. If workers die,
+    the blocks in flight are computed again, one at a time and in ever smaller pieces. A single
+    point or line that no worker survives gets the status `failed`. `in_flight` always holds the
+    tasks that have not come back. Raises ExecutorError.
     """
     if is_of_this_process(options.friction) and not workers.in_this_process:
         raise ExecutorError(
             f"the friction law {options.friction.partition('@')[0]!r} was registered in this "
-            "process, and loky or dask would compute in others, which do not know it: take threads "
-            "(`execution: {backend: threads}`), or make the law a package "
+            "process, and loky or dask would compute in others, which do not know it; use threads "
+            "(`execution: {backend: threads}`) or make the law a package "
             "(docs/how-to/friction-law.md)"
         )
     stop, in_flight = stop or Stop(), in_flight or InFlight()
     tasks = _Tasks(rows_of, order, options, workers, stop, in_flight, most, limit)
-    # There may be tasks again after there was none: those of points that came back as late.
+    # After the last task there may be new ones, for points that came back late.
     while (first := next(tasks, None)) is not None:
         try:
             for block in workers.blocks(chain([first], tasks), stop):
@@ -101,7 +101,7 @@ def ask(
 
 
 class _Tasks:
-    """The tasks of all points; the threads of an executor may take them too."""
+    """The tasks of all points, which several threads may take."""
 
     def __init__(
         self,
@@ -118,13 +118,13 @@ class _Tasks:
         self._order, self._cut = order, iter(order)
         self._stragglers = Stragglers(most, ever=order.defers)
         self._rest: list[NDArray[np.int64]] = []
-        self._late: set[int] = set()  # first points of tasks for late points
-        self._wrong: set[int] = set()  # first points of tasks that came back wrong once
+        self._late: set[int] = set()  # the first point of each task for late points
+        self._wrong: set[int] = set()  # the first point of each task that came back wrong once
         self._in_flight, self._workers = in_flight, workers
         self._lock = threading.Lock()
 
     def task_of(self, indices: NDArray[np.int64], patience: int = 0) -> Task:
-        """Make the task of computing some of the points."""
+        """Return the task to compute some of the points."""
         points, line = self._rows_of(indices), self._order.line
         return Task(indices, points, self._options, source_hash(), line, patience, self._limit)
 
@@ -140,9 +140,9 @@ class _Tasks:
             return task
 
     def _next(self) -> Task:
-        """Take late points where there are enough of them, else a block of the cut, then the rest.
+        """Take late points if there are enough of them, else a block of the order, then the rest.
 
-        Raises StopIteration where nothing can be begun before blocks in flight come back.
+        Raises StopIteration if nothing can begin before blocks in flight come back.
         """
         late = self._stragglers.together()
         if late is None and (block := next(self._cut, None)) is not None:
@@ -158,49 +158,45 @@ class _Tasks:
         return self.task_of(late)
 
     def finished(self, block: Block) -> Block:
-        """Take in a block that has come back; returns it without the points that are late.
+        """Take note of a block that has come back, and return it without the late points.
 
-        A task that came back wrong is begun again, by whichever worker is free. Raises
-        ExecutorError where it is wrong again, or the block of no task.
+        A task that came back wrong begins once more, with any worker. Raises ExecutorError if it is
+        wrong again, or if the block belongs to no task.
         """
         with self._lock:
             task = self._in_flight.end(block)
             if task is None or not is_answer(block, task):
-                self._rest.append(self._once_more(task))
+                if task is None or int(task.indices[0]) in self._wrong:
+                    raise ExecutorError(_WRONG)
+                log.warning("a block came back damaged from a worker; it is computed again")
+                self._wrong.add(int(task.indices[0]))
+                self._rest.append(task.indices)
                 return Block(_NONE, np.empty((0, len(RESULT_COLUMNS))))
             late = int(block.indices[0]) in self._late
-            learning = self._stragglers if late else self._order
-            learning.learn(len(block.indices), block.seconds)
+            learner = self._stragglers if late else self._order
+            learner.learn(len(block.indices), block.seconds)
             if self._limit:
                 return block
             return block.part(self._stragglers.finished(block.indices, block.results))
-
-    def _once_more(self, task: Task | None) -> NDArray[np.int64]:
-        """Return the points of a task that came back wrong for the first time."""
-        if task is None or int(task.indices[0]) in self._wrong:
-            raise ExecutorError(_WRONG)
-        log.warning("a block came back damaged from a worker; it is computed again")
-        self._wrong.add(int(task.indices[0]))
-        return task.indices
 
 
 def _require_workers(nothing: Task, workers: Workers, stop: Stop) -> None:
     """Raise ExecutorError if workers do not even survive a task without points.
 
-    Then the deaths are no point's fault: a worker that cannot begin never worked.
+    In that case the workers cannot begin at all, and no point is to blame.
     """
     try:
         for _ in workers.blocks(iter([nothing]), stop):
             pass
     except WorkersLostError as error:
         raise ExecutorError(
-            f"the workers end before they compute anything ({error}); what is finished is kept, "
+            f"the workers end before they compute anything ({error}); finished points are kept, "
             "and the same command resumes"
         ) from error
 
 
 def _suspect(task: Task, workers: Workers, stop: Stop, in_flight: InFlight) -> Iterator[Block]:
-    """Compute a task that may have killed its worker, and nothing beside it."""
+    """Compute a task that may have killed its worker, and no other at the same time."""
     deaths, reason = 0, ""
     while deaths < _DEATHS_OF_A_POINT:
         if stop.requested:

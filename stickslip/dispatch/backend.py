@@ -17,15 +17,15 @@ from stickslip.dispatch.workers import Tasks, Workers, first_line
 
 
 def own_workers(jobs: int | None = None) -> Workers:
-    """Return the workers that `joblib.parallel_config` names, else threads of this process.
+    """Return the workers that `joblib.parallel_config` names, or threads of this process.
 
-    `jobs` are counted as joblib's `n_jobs`; left out, they are those of `parallel_config`, else one
-    for each core.
+    `jobs` count like joblib's `n_jobs`. By default `parallel_config` sets their number, or there is
+    one for each core.
     """
     jobs = jobs or named_jobs() or -1
     if named := named_workers(jobs):
         return named
-    with joblib.parallel_config("threading"):  # loky would warn in a process of multiprocessing
+    with joblib.parallel_config("threading"):  # loky would warn inside a multiprocessing process
         return ThreadExecutor(joblib.effective_n_jobs(jobs))
 
 
@@ -36,8 +36,8 @@ def named_jobs() -> int | None:
 
 
 def named_workers(jobs: int) -> Workers | None:
-    """Return the workers of the backend that `joblib.parallel_config` names; None for none."""
-    # A preference of ours does not change a backend that is named.
+    """Return the workers of the backend that `joblib.parallel_config` names, if any."""
+    # Our preference does not override a named backend.
     threads, processes = (get_active_backend(prefer=kind)[0] for kind in ("threads", "processes"))
     return JoblibWorkers(jobs) if threads is processes else None
 
@@ -45,22 +45,22 @@ def named_workers(jobs: int) -> Workers | None:
 class JoblibWorkers(Workers):
     """Compute tasks on the backend that `joblib.parallel_config` names, whichever it is.
 
-    joblib hands out the next tasks before the block that has come is taken in. That loses nothing
-    in memory; a journal would lose more in a kill than what is in flight.
+    joblib hands out the next tasks before we take the block that has come. That does no harm to
+    results in memory, but a kill would cost a journal more than the blocks in flight.
     """
 
     def __init__(self, jobs: int) -> None:
         super().__init__(slots=joblib.effective_n_jobs(jobs))
         self._jobs = jobs
-        # Backends of processes do not have the attribute at all.
+        # Process backends lack the attribute.
         self.in_this_process = getattr(get_active_backend()[0], "supports_sharedmem", False)
 
     def __exit__(self, *exception: object) -> None:
         pass  # joblib ends its workers, or keeps them for the next call
 
-    def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:  # noqa: ARG002 - its shape
+    def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:  # noqa: ARG002 - of Workers
         """Yield the finished blocks of the tasks; raises WorkersLostError."""
-        # Blocks are small and read once, so that mapping them into memory as files gains nothing.
+        # Blocks are small and read once, so mapping them into memory as files would gain nothing.
         parallel = joblib.Parallel(
             self._jobs, return_as="generator_unordered", batch_size=1, max_nbytes=None
         )

@@ -12,35 +12,35 @@ from numpy.typing import NDArray
 
 Indices = NDArray[np.int64]
 
-_FIRST_BLOCK = 256  # points, before anything is known of their cost
-# Fewer points do not keep the lanes of a kernel busy, more need memory and gain nothing.
+_FIRST_BLOCK = 256  # points, while their cost is unknown
+# Fewer points do not keep the lanes of a kernel busy; more take memory and gain nothing.
 SMALLEST_BLOCK, _LARGEST_BLOCK = 64, 16_384
 
-# A large grid is dealt out in runs of neighbours, so that a block touches few slabs of the result.
+# A large grid is dealt in runs of neighbours, so that a block touches few slabs of the result.
 _RUNS, _LONGEST_RUN = 16_384, 4096
 _DEALT_AT_ONCE = 8192
 
-_UNKNOWN = 0.25  # uncertainty of a cost that a single block tells
+_UNKNOWN = 0.25  # the uncertainty of a cost that is known from one block
 
 PILOT_BLOCKS = 8
-"""Blocks of a pilot: enough to tell how much their costs differ."""
+"""Blocks of a pilot: enough to show how much their costs differ."""
 
 
 class Blocks:
-    """Cuts the points that are not done into blocks of some seconds, learning their cost.
+    """Cuts the points that are not done into blocks of a few seconds, and learns their cost.
 
-    The order is shuffled, for each size of a grid in the same way: any stretch of it is spread over
-    the grid, so that blocks cost about the same, what is left costs what is done, and no core is
-    left with the expensive corner at the end. Neither order nor size ever changes a result: every
-    point is computed from its own parameters alone.
+    The order is shuffled, in the same way for every grid of the same size. Any stretch of it is
+    spread over the grid. Therefore blocks cost about the same, the remaining points cost as much as
+    the finished ones, and no core is left with an expensive corner at the end. Neither order nor
+    size ever changes a result, as every point is computed from its parameters alone.
 
-    `done` (size,), which is not changed, tells which points need not be computed, `slots` how many
-    blocks are computed at the same time, `seconds` what a block should take on one core, unless
-    `block_points` is its fixed size. Late points may be left over where it `defers` them.
+    `done` (size,) marks points that need not be computed; it is not changed. `slots` blocks are
+    computed at the same time. A block should take `seconds` on one core, unless `block_points`
+    fixes its size. `defers` says whether late points may be computed later.
     """
 
     line: ClassVar[int] = 1
-    """The points that belong together: each alone."""
+    """Each point is independent."""
 
     def __init__(
         self,
@@ -64,17 +64,14 @@ class Blocks:
             while len(waiting) < wanted:
                 waiting = np.concatenate([waiting, next(dealt)])
             block, waiting = np.sort(waiting[:wanted]), waiting[wanted:]
-            self._take(block)
+            self._taken[block] = True
+            self.left -= len(block)
             yield block
 
     def learn(self, points: int, seconds: float) -> None:
-        """Take in what a finished block cost."""
+        """Take note of the cost of a finished block."""
         cost, known = seconds / points, self._seconds_per_point
         self._seconds_per_point = cost if known is None else 0.5 * (known + cost)
-
-    def _take(self, block: Indices) -> None:
-        self._taken[block] = True
-        self.left -= len(block)
 
     def _next(self) -> int:
         if self._fixed is not None:
@@ -87,7 +84,7 @@ class Blocks:
 
 @dataclass(frozen=True)
 class Given:
-    """Blocks that are cut already, in which `line` points at a time belong together."""
+    """Blocks that are already cut, of lines of `line` points."""
 
     blocks: Sequence[Indices]
     line: int = 1
@@ -97,15 +94,15 @@ class Given:
         return iter(self.blocks)
 
     def learn(self, points: int, seconds: float) -> None:
-        """Nothing: no block is to be cut."""
+        """Do nothing, as all blocks are cut."""
 
 
 class Costs:
-    """The cost of finished blocks, from which that of others is estimated.
+    """The cost of finished blocks, which predicts the cost of others.
 
-    The cost of a point is a ratio of totals, so that large and small, cheap and dear blocks count
-    as they should. It knows nothing of blocks in flight, which a rate over the time since the
-    start takes for idleness, nor of how many workers there were.
+    The cost of a point is a ratio of totals, which gives large and small, cheap and expensive
+    blocks their proper weight. Blocks in flight do not enter: a rate over the time since the start
+    would count them as idle time. Nor does the number of workers.
     """
 
     def __init__(self) -> None:
@@ -113,38 +110,38 @@ class Costs:
         self._each: list[float] = []  # seconds a point, of each block
 
     def learn(self, points: int, seconds: float) -> None:
-        """Take in a finished block, which took its worker so many seconds."""
+        """Take note of a finished block, which took its worker so many seconds."""
         self.points += points
         self.seconds += seconds
         self._each.append(seconds / max(points, 1))
 
     def estimate(self, points: int, slots: int) -> float:
-        """Estimate the seconds for so many points on so many workers; 0 while nothing is known."""
+        """Estimate the seconds that `slots` workers need for `points`; 0 before the first block."""
         return self.seconds / max(self.points, 1) * points / slots
 
     @property
     def uncertainty(self) -> float:
-        """The standard error of the cost of a point, relative to it, by how much blocks differ."""
+        """The relative standard error of the cost of a point, from the scatter of the blocks."""
         count = len(self._each)
         if count < 2 or self.seconds == 0.0:
             return _UNKNOWN
         return float(np.std(self._each, ddof=1) / math.sqrt(count) / np.mean(self._each))
 
     def points_in(self, seconds: float) -> int:
-        """Return how many points one worker computes in this time; 0 while nothing is known."""
+        """Return how many points a worker computes in this time; 0 before the first block."""
         return int(seconds * self.points / max(self.seconds, 1e-9))
 
 
 def pilot_points(left: int) -> int:
-    """Return the size of a pilot's block: enough to cost what others cost, few of what is left."""
+    """Return the size of a pilot's block: as costly as others, yet few of the `left` points."""
     return min(max(left // 64, _FIRST_BLOCK), 2048)
 
 
 def pilot_blocks(done: NDArray[np.bool_], points: int) -> list[Indices]:
-    """`PILOT_BLOCKS` blocks that together are a stratified random sample of what is not done.
+    """Return `PILOT_BLOCKS` blocks, a stratified random sample of the points that are not done.
 
-    The grid is cut into equal strata, from each of which one point is drawn; each block has points
-    from all over the grid. The same grid gives the same sample.
+    One point is drawn from each of many equal strata of the grid, and each block has points from
+    all over the grid. The same grid gives the same sample.
     """
     size = len(done)
     strata = min(size, points * PILOT_BLOCKS)
@@ -155,7 +152,7 @@ def pilot_blocks(done: NDArray[np.bool_], points: int) -> list[Indices]:
 
 
 def _dealt(taken: NDArray[np.bool_]) -> Iterator[Indices]:
-    """Yield the points that are not taken by the time that their turn comes, each once."""
+    """Yield each point once, unless it is taken when its turn comes."""
     size = len(taken)
     run = min(max(size // _RUNS, 1), _LONGEST_RUN)
     runs = -(-size // run)

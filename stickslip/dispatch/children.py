@@ -1,4 +1,4 @@
-"""Processes that a sweep starts: what they import, which signals they get, and when they end."""
+"""The processes that a sweep starts: what they import, which signals they get, when they end."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ _environment = threading.RLock()
 
 @contextlib.contextmanager
 def children_started() -> Iterator[None]:
-    """Start processes meanwhile: deaf to the terminal, and without the current folder on the path.
+    """Let processes start that ignore the terminal and do not import from the current folder.
 
-    A terminal sends Ctrl-C, and its own end, to all processes of its foreground group, but the main
-    process alone decides what ends. The signals are blocked (pthread_sigmask) before the fork,
-    because a new process takes a second to import what it needs, and a handler that it installs
-    after that comes too late.
+    A terminal sends Ctrl-C and a hangup to all processes of its foreground group, but the main
+    process alone decides what ends. We block the signals (pthread_sigmask) before the fork, because
+    a new process takes a second to import its modules, and a handler that it installs then comes
+    too late.
 
-    The current folder may be anybody's, and a `queue.py` of one's own there would end every worker.
-    From where this process imports, its workers do too, by loky.
+    The current folder may contain anything, and a user's `queue.py` there would end every worker.
+    The workers still import from wherever this process does; loky sees to that.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _FROM_A_TERMINAL)
     try:
         with _safe_path():
-            # It lives as long as this process. Its start unblocks the signals, hence once more.
+            # The tracker lives as long as this process. Its start unblocks the signals, so we block
+            # them again.
             resource_tracker.ensure_running()
             signal.pthread_sigmask(signal.SIG_BLOCK, _FROM_A_TERMINAL)
             yield
@@ -43,7 +44,7 @@ def children_started() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _safe_path() -> Iterator[None]:
-    """Set the variable for children alone: what a user's script starts later keeps its path."""
+    """Set the variable only meanwhile: a process that a user's script starts keeps its path."""
     with _environment:
         before = os.environ.get(_SAFE_PATH)
         os.environ[_SAFE_PATH] = "1"
@@ -57,19 +58,19 @@ def _safe_path() -> Iterator[None]:
 
 
 def process_pool(workers: int) -> Any:
-    """Return a pool of processes that end with this one; it is to be used in `children_started`."""
+    """Return a pool of processes that end with this one, for use within `children_started`."""
     from joblib.externals.loky import ProcessPoolExecutor
 
-    # Its own thread starts processes too, in place of those that end.
+    # A thread of the pool replaces processes that end, outside `children_started`.
     return ProcessPoolExecutor(
-        workers, initializer=end_with_parent, initargs=(os.getpid(),), env={_SAFE_PATH: "1"}
+        workers, initializer=_begin, initargs=(os.getpid(),), env={_SAFE_PATH: "1"}
     )
 
 
-def end_with_parent(parent: int) -> None:
-    """Make a new process end within a second of its parent, however the parent ended.
+def _begin(parent: int) -> None:
+    """Make this new process end within a second of its parent, however the parent ends.
 
-    The parent has already reported on the compiled-code cache.
+    It repeats no warning about the cache of compiled code, since the parent has given them.
     """
     warnings.filterwarnings("ignore", ".*compiled code", RuntimeWarning)
 

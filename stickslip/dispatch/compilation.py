@@ -1,8 +1,9 @@
-"""Kernels made ready before workers would wait for them: several at a time, on the first run.
+"""Compilation of kernels before the first run, several at a time, so that no worker waits for them.
 
-A kernel takes ten seconds to compile, and a process compiles one at a time. Some are compiled here,
-the others by processes that leave them in the cache. They are as few as there are other cores: to a
-process that has compiled a kernel a similar one costs a quarter.
+A kernel takes ten seconds to compile, and a process compiles one at a time. This process compiles
+some, other processes compile the rest and leave them in the cache. There are only as many processes
+as cores, because a process that has compiled one kernel needs a quarter of the time for a similar
+one.
 """
 
 from __future__ import annotations
@@ -26,20 +27,20 @@ log = logging.getLogger(__name__)
 
 
 def compile_kinds(options: Options, kinds: NDArray[np.float64]) -> None:
-    """Compile or load what points of these kinds (n, k) need, as `prepare_kernels` does."""
+    """Compile or load the kernels of points of these kinds (n, k), as `prepare_kernels` does."""
     missing = uncompiled(options, kinds)
     if missing and usable_cores() > 1 and not is_of_this_process(options.friction):
         calls = [partial(compile_one, options, kinds, number) for number in missing]
         with compiled_elsewhere(calls):
-            prepare_kernels(options, kinds[:0])  # what all kinds share
-    prepare_kernels(options, kinds)  # loads what the others left, and makes what they did not
+            prepare_kernels(options, kinds[:0])  # the kernels that all kinds share
+    prepare_kernels(options, kinds)  # loads what the processes compiled, and compiles the rest
 
 
 @contextmanager
 def compiled_elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
-    """Meanwhile these calls are made by processes that joblib's loky starts, the last maybe here.
+    """Let processes of joblib's loky make these calls meanwhile, and make the last ones here.
 
-    What fails, here or there, is left to whoever comes afterwards.
+    A call that fails, here or there, is left to the caller.
     """
     with children_started():
         pool = process_pool(min(len(calls), usable_cores() - 1))
@@ -48,7 +49,7 @@ def compiled_elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
             futures = [pool.submit(call) for call in calls]
         yield
         for call, future in zip(reversed(calls), reversed(futures), strict=True):
-            if future.cancel():  # no process has come to it
+            if future.cancel():  # no process has begun it
                 call()
         for future in futures:
             if not future.cancelled():

@@ -1,20 +1,20 @@
-"""What can befall workers."""
+"""The errors of workers."""
 
 from __future__ import annotations
 
 
 class ExecutorError(RuntimeError):
-    """The workers cannot be had, or were lost; what is finished is kept."""
+    """There are no workers, or they were lost; finished points are kept."""
 
 
 class WorkerMismatchError(ExecutorError):
-    """A worker runs other sources than the one who asks: its numbers would not be the same."""
+    """A worker runs other sources than this process, so its numbers would differ."""
 
 
 class WorkersLostError(RuntimeError):
-    """Workers died; any of the blocks that have not come back may have killed them.
+    """Workers died, and any block that has not come back may have killed them.
 
-    Each of those blocks has seen the end of `deaths` workers.
+    Each such block has cost `deaths` workers.
     """
 
     def __init__(self, reason: str, deaths: int = 1) -> None:

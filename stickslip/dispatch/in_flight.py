@@ -8,31 +8,31 @@ from stickslip.dispatch.task import Block, Task
 
 
 class InFlight:
-    """The tasks that workers have and have not brought back, and since when they have each.
+    """The tasks that workers are computing, and when each began.
 
-    Other threads and signal handlers, which must not wait for a lock, look at it at any moment:
-    every method changes or copies the table in one step.
+    Other threads and signal handlers, which must not wait for a lock, may read this at any moment.
+    Therefore every method changes or copies the table in one step.
     """
 
     def __init__(self) -> None:
         self._begun: dict[int, tuple[Task, float]] = {}
 
     def begin(self, task: Task) -> None:
-        """Take note of a task that is handed out."""
+        """Take note of a task that a worker gets."""
         self._begun[int(task.indices[0])] = task, time.monotonic()
 
     def end(self, answer: object) -> Task | None:
-        """Take note of what has come back; returns the task that it seems to be the block of."""
+        """Take note of an answer, and return the task to which it seems to belong."""
         if not isinstance(answer, Block):
             return None
         try:
             task, _ = self._begun.pop(int(answer.indices[0]))
-        except (TypeError, ValueError, LookupError, OverflowError):  # no number, or that of no task
+        except (TypeError, ValueError, LookupError, OverflowError):  # no number, or of no task
             return None
         return task
 
     def clear(self) -> list[Task]:
-        """Forget all tasks; returns them."""
+        """Forget all tasks, and return them."""
         begun, self._begun = self._begun, {}
         return [task for task, _ in begun.values()]
 

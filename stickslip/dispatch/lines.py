@@ -1,7 +1,7 @@
-"""Lines along a followed axis: each point starts from the orbit of the one before it.
+"""Lines along a followed axis, on which each point starts from the orbit of the one before.
 
-A line goes up the axis from the config's start, and down again from where it has arrived. Over a
-point without a result it goes on from the last one that had one.
+A line goes up the axis from the config's start, and then down again from the last orbit. After a
+point without a result it goes on from the last orbit that was found.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ Indices = NDArray[np.int64]
 
 _RESULTS = [status for status in Status if status.is_result]
 
-# As many lines as keep the lanes of a kernel busy; more would only come back later.
+# Enough lines to keep the lanes of a kernel busy; more would only come back later.
 _MOST_LINES = 16
 
 KNOWN: dict[bytes, NDArray[np.float64]] = {}
-"""States that `start_after` has come to, by what leads there."""
+"""The states that `start_after` has computed, by the key of the line up to there."""
 
 MOST_KNOWN = 20_000  # a few MB
 
 
 class Lines:
-    """Cuts the lines that are not done into blocks of a few; the interface is that of `Blocks`.
+    """Cuts the lines that are not done into blocks of a few, with the interface of `Blocks`.
 
-    `lines` (lines, points) are the numbers of their points. One with a point that is missing is
-    computed as a whole: its points need each other.
+    `lines` (lines, points) are the numbers of their points. If a point of a line is missing, the
+    whole line is computed, because each point needs the one before.
     """
 
     defers: ClassVar[bool] = False
@@ -52,11 +52,11 @@ class Lines:
             yield self._lines[first : first + self._at_once].ravel()
 
     def learn(self, points: int, seconds: float) -> None:
-        """Nothing: the size of a block does not depend on what others cost."""
+        """Do nothing, as the size of a block does not depend on the cost of others."""
 
 
 def follow(points: NDArray[np.float64], line: int, options: Options) -> NDArray[np.float64]:
-    """Return the result rows (n, columns) of whole lines of so many points (n, parameters) each."""
+    """Return the result rows (n, columns) of points (n, parameters) that form whole lines."""
     lines = points.reshape(-1, line, points.shape[-1])
     rows = np.stack([rows for rows, _ in _followed(lines, options)], axis=1)
     return rows.reshape(-1, len(RESULT_COLUMNS))
@@ -65,8 +65,8 @@ def follow(points: NDArray[np.float64], line: int, options: Options) -> NDArray[
 def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
     """Return the state (final columns,) from which the next point of a line starts.
 
-    `points` (n, parameters) are those of the line before it; NaN, the config's start, where there
-    are none. The states along a line are remembered: it is computed once for all of its points.
+    `points` (n, parameters) are the points of the line before it. Without any the state is NaN, the
+    config's start. The states along a line are remembered, so that each is computed only once.
     """
     state, keys = np.full(len(final_columns(options.physics)), np.nan), _keys(points, options)
     known = max((n for n, key in enumerate(keys, start=1) if key in KNOWN), default=0)
@@ -80,11 +80,11 @@ def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.flo
 
 
 def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> None:
-    """Have `start_after` know the states along lines of points (n, parameters), many at a time."""
+    """Compute the states along lines of points (n, parameters), in batches for `start_after`."""
     for first in range(0, len(lines), _MOST_LINES):
         some = lines[first : first + _MOST_LINES]
         longest = max(map(len, some))
-        # Where a line has ended its last point is done again, and not looked at.
+        # A shorter line repeats its last point, whose results are not used.
         filled = [np.pad(line, ((0, longest - len(line)), (0, 0)), "edge") for line in some]
         along = [states for _, states in _followed(np.stack(filled), options)]
         for number, line in enumerate(some):
@@ -93,7 +93,7 @@ def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> N
 
 
 def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
-    """Return, for each point (n, parameters), a key that identifies its line up to that point."""
+    """Return a key for each point (n, parameters), which identifies its line up to there."""
     (keys,) = keys_of_lines(points[None], secret_of(repr(options)))
     return [key.tobytes() for key in keys]
 
@@ -101,10 +101,10 @@ def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
 def _followed(
     lines: NDArray[np.float64], options: Options, states: NDArray[np.float64] | None = None
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Point after point of lines (lines, points, parameters): the result rows, and the states.
+    """Yield result rows and states, point after point of lines (lines, points, parameters).
 
-    The states (lines, final columns) are those from which the next points start; those given are
-    where the lines begin, left out the config's start.
+    The next points start from these states (lines, final columns). The first points start from the
+    `states` given, by default from the config's start.
     """
     if states is None:
         states = np.full((len(lines), len(final_columns(options.physics))), np.nan)

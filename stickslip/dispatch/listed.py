@@ -1,4 +1,4 @@
-"""Points that lie on no grid, and of which more may come while the first are computed."""
+"""Points that lie on no grid, and to which more may be added while the first are computed."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from stickslip.parameters import Parameters
 
 Indices = NDArray[np.int64]
 
-# Fewer points do not keep the lanes of a kernel busy; of more the last would come back late.
+# Fewer points do not keep the lanes of a kernel busy; with more, the last would come back late.
 _FEWEST, _MOST = 64, 1024
 
 
 class Listed:
-    """A list of points that grows; the interface is that of `Blocks`.
+    """A list of points that grows, with the interface of `Blocks`.
 
-    A block is a share of all that are not finished, one for each of so many `slots`.
+    The points that are not finished are shared out among the `slots`; a block is one such share.
     """
 
     line: ClassVar[int] = 1
@@ -33,7 +33,7 @@ class Listed:
         return len(self._points)
 
     def add(self, points: NDArray[np.float64]) -> None:
-        """Add points (n, parameters), whose numbers follow those of the others."""
+        """Add points (n, parameters), which are numbered on from the last one."""
         self._points = np.concatenate([self._points, points])
 
     def rows(self, indices: Indices) -> NDArray[np.float64]:
@@ -53,6 +53,6 @@ class Listed:
         self._begun = min(first + share, len(self))
         return np.arange(first, self._begun)
 
-    def learn(self, points: int, seconds: float) -> None:  # noqa: ARG002 - its shape
+    def learn(self, points: int, seconds: float) -> None:  # noqa: ARG002 - of Blocks
         """Take note of a block that has come back."""
         self._finished += points

@@ -1,4 +1,4 @@
-"""A request to end early, and threads that keep no process alive."""
+"""A request to end early, and threads that do not keep the process alive."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import TypeVar
 _T = TypeVar("_T")
 
 LONGEST_STOP = 20.0
-"""Seconds that a stop waits: ordinary blocks take some, and batch systems kill after thirty."""
+"""Seconds that a stop waits; ordinary blocks take a few, and batch systems kill after thirty."""
 
 
 class Stop:
-    """A request to begin no further block; any thread, and any signal handler, may make it."""
+    """A request to begin no further block, which any thread and any signal handler may make."""
 
     def __init__(self) -> None:
         self.reason = ""
@@ -27,25 +27,25 @@ class Stop:
         return bool(self.reason)
 
     def request(self, reason: str) -> None:
-        """End when the blocks in flight are finished, or `is_over`; the first reason counts."""
+        """Ask to end once the blocks in flight are finished or `is_over`; keep the first reason."""
         if not self.reason:
             self._since = time.monotonic()
             self.reason = reason
 
     @property
     def is_over(self) -> bool:
-        """True if what is in flight is not waited for any longer."""
+        """True if nobody waits for the blocks in flight any longer."""
         return bool(self.reason) and time.monotonic() - self._since >= LONGEST_STOP
 
 
 def in_thread(work: Callable[[], _T]) -> Future[_T]:
-    """Begin `work` in a thread that does not keep the process alive; returns its outcome to be."""
+    """Begin `work` in a thread that does not keep the process alive, and return its future."""
     outcome: Future[_T] = Future()
 
     def attempt() -> None:
         try:
             outcome.set_result(work())
-        except BaseException as error:  # noqa: BLE001 - raised where it is waited for
+        except BaseException as error:  # noqa: BLE001 - the future raises it
             outcome.set_exception(error)
 
     threading.Thread(target=attempt, daemon=True).start()

@@ -1,4 +1,4 @@
-"""A worker's task: a block of points in compiled code, in which no point can harm another."""
+"""A worker's task, a block of points in which no point can harm another."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ log = logging.getLogger(__name__)
 class Task:
     """A block of points to compute: their numbers, parameters (n, parameters) and options.
 
-    `line` points at a time belong together, each starting from the one before; 1 for points alone.
-    Points that take longer than `patience` drive periods are left `pending`, where it is not 0, and
-    for good those that take longer than `limit`.
+    Each `line` of points belongs together, because every point starts from the one before; single
+    points are lines of 1. Points that take longer than `patience` drive periods are left `pending`
+    to be computed later, points that take longer than `limit` for good; 0 means no limit.
     """
 
     indices: NDArray[np.int64]
@@ -45,9 +45,9 @@ class Task:
 
     @property
     def is_unlimited(self) -> bool:
-        """Whether it may take minutes: it has late points, or as many as make them no exception.
+        """Whether it may take minutes, as a task of late points, or of blocks full of them.
 
-        The lines of a followed axis, which have no limit either, are its ordinary blocks.
+        The lines of a followed axis, which have no limit either, count as ordinary blocks.
         """
         return self.patience == self.limit == 0 and self.line == 1
 
@@ -56,8 +56,8 @@ class Task:
 class Block:
     """Computed points: their numbers (n,), result rows (n, columns) and what happened to them.
 
-    `suspicious` counts the points whose power balance, and whose stress, looks wrong without being
-    impossible; `messages` name the points that failed.
+    `suspicious` counts the points with a suspicious power balance, and with a suspicious stress;
+    `messages` name the points that failed.
     """
 
     indices: NDArray[np.int64]
@@ -68,21 +68,21 @@ class Block:
     messages: tuple[str, ...] = ()
 
     def part(self, which: NDArray[np.bool_]) -> Block:
-        """Return the same with some of the points (n,) alone."""
+        """Return a block with some of the points (n,) only."""
         return replace(self, indices=self.indices[which], results=self.results[which])
 
 
 def compute_block(task: Task) -> Block:
-    """Compute a block; a point that raises gets the status `failed`.
+    """Compute a block; a point that raises an error gets the status `failed`.
 
-    Raises WorkerMismatchError as `refuse_other_code`.
+    Raises WorkerMismatchError as `refuse_other_code` does.
     """
     refuse_other_code(task)
     messages: list[str] = []
     begun = time.monotonic()
     try:
         results = computed_results(task.points, task)
-    except Exception:  # a point must not take the others with it
+    except Exception:  # one point must not cost the others
         log.debug("a block failed; its points are computed one by one", exc_info=True)
         parts = np.split(task.points, len(task.points) // task.line)
         results = np.concatenate([_alone(part, task, messages) for part in parts])
@@ -99,7 +99,7 @@ def compute_block(task: Task) -> Block:
 
 
 def refuse_other_code(task: Task) -> None:
-    """Raise WorkerMismatchError if our sources, or a law, are not those of the one who asks."""
+    """Raise WorkerMismatchError unless we have the sources and the law of the sweep."""
     if task.code != source_hash():
         raise WorkerMismatchError(
             f"a worker has other sources of stickslip ({source_hash()[:12]}) than this sweep "
@@ -114,14 +114,14 @@ def refuse_other_code(task: Task) -> None:
 
 
 def failed_block(task: Task, reason: str) -> Block:
-    """Return the block of points that no worker survives."""
+    """Return the block of a task that no worker survives."""
     rows = np.tile(failed_row(), (len(task.indices), 1))
     messages = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
     return Block(task.indices, rows, messages=messages)
 
 
 def is_answer(answer: object, task: Task) -> bool:
-    """Tell whether what came from elsewhere can be the block of a task."""
+    """Return whether an answer from elsewhere can be the block of a task."""
     if not (isinstance(answer, Block) and _has_its_types(answer)):
         return False
     results = answer.results
@@ -132,13 +132,13 @@ def is_answer(answer: object, task: Task) -> bool:
         or not are_possible(results)
     ):
         return False
-    # Grids are interpolated here, and points left over where there is a limit to their periods.
+    # No worker interpolates, and none leaves points pending without a limit to their periods.
     foreign = [Status.INTERPOLATED, *([] if task.patience or task.limit else [Status.PENDING])]
     return not np.isin(results[:, STATUS], foreign).any()
 
 
 def _has_its_types(block: Any) -> bool:
-    """Tell whether each field of a block from elsewhere is what it is declared to be."""
+    """Return whether each field of a block from elsewhere has its declared type."""
     return (
         type(block.indices) is type(block.results) is np.ndarray
         and block.indices.dtype == np.int64
@@ -156,16 +156,14 @@ def _is_tuple_of(kind: type, values: object) -> bool:
 
 
 def computed_results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
-    """Compute the result rows (n, columns) of some of the points of a task, whole lines of them."""
+    """Return the result rows (n, columns) of points, or whole lines of points, of a task."""
     if task.line > 1:
         return follow(points, task.line, task.options)
-    if task.limit:
-        return compute_orbits(points, task.options, limit=task.limit)[0]
-    return compute_orbits(points, task.options, patience=task.patience)[0]
+    return compute_orbits(points, task.options, patience=task.patience, limit=task.limit)[0]
 
 
 def _alone(points: NDArray[np.float64], task: Task, messages: list[str]) -> NDArray[np.float64]:
-    """Compute the result rows of one point, or of one line, that may raise."""
+    """Return the result rows of one point or line, even if it raises an error."""
     try:
         return computed_results(points, task)
     except Exception as error:  # recorded as the point's status

@@ -1,4 +1,4 @@
-"""Threads of this process: the kernels release the interpreter's lock."""
+"""Workers that are threads of this process; kernels release the interpreter's lock."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from stickslip.dispatch.workers import Executor
 
 
 class ThreadExecutor(Executor):
-    """Computes tasks in threads of this process, each in one of its own.
+    """Computes each task in a new thread of this process.
 
-    They are daemons: after Ctrl-C those of `concurrent.futures` would keep the interpreter alive
-    until their blocks are finished, which can take minutes.
+    The threads are daemons. After Ctrl-C the threads of `concurrent.futures` would keep the
+    interpreter alive until their blocks are finished, which can take minutes.
     """
 
     in_this_process = True
@@ -23,7 +23,7 @@ class ThreadExecutor(Executor):
         pass  # a thread ends with its block
 
     def most_in_flight(self) -> int:
-        """Return one for each slot: handing over takes no time, so blocks are cut late."""
+        """Return one for each slot; handing over takes no time, so blocks can be cut late."""
         return self.slots
 
     def submit(self, task: Task) -> Future[Block]:

@@ -1,4 +1,4 @@
-"""The common part of all executors: their errors, and the loop that hands out tasks."""
+"""The common part of all executors: their interface, and the loop that hands out tasks."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from stickslip.dispatch.stop import Stop
 from stickslip.dispatch.task import Block, Task
 
 Tasks = Iterator[Task]
-Finished = queue.SimpleQueue[Future[Block]]
-InFlight = dict[Future[Block], Task]
+_Finished = queue.SimpleQueue[Future[Block]]
+_InFlight = dict[Future[Block], Task]
 
-SILENCE_SECONDS = 5.0  # without a finished block, until the executor is asked for the reason
-_LOOK_SECONDS = 0.5  # a signal that arrives just before a wait begins is heard after it
+SILENCE_SECONDS = 5.0  # after this time without a block we ask the executor for the reason
+_LOOK_SECONDS = 0.5  # a signal that arrives just before a wait takes effect after it
 
 
 class Workers(ABC):
-    """Compute tasks; a context manager, from which blocks come in any order.
+    """Workers compute tasks and return blocks in any order; used as a context manager.
 
-    `slots` tasks are computed at the same time; it may change while workers come and go. A block
-    should last `block_seconds`, so that handing it over costs next to nothing.
+    They compute `slots` tasks at the same time, a number that may change as workers come and go. A
+    block should last `block_seconds`, so that handing it over costs next to nothing.
     """
 
     block_seconds = 1.0
 
     in_this_process = False
-    """Whether they know what only this process does: laws that were registered in Python."""
+    """Whether they know the laws that were registered in this process."""
 
     def __init__(self, slots: int) -> None:
         self.slots = slots
@@ -49,25 +49,25 @@ class Workers(ABC):
 
     @abstractmethod
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
-        """Yield the finished blocks of the tasks; a task is taken when it can start soon.
+        """Yield the finished blocks of the tasks; take a task only when it can start soon.
 
         After a request to stop, blocks without a worker or with no time limit are not yielded, and
         after a while no others are either.
 
-        Raises WorkersLostError when no more can arrive: tasks with missing blocks must be submitted
-        again.
+        Raises WorkersLostError when no more blocks can arrive; the caller must then compute the
+        missing ones again.
         """
 
     def kill(self) -> None:
-        """Leave no process behind, at once."""
-        # Called by a signal handler, which must not wait for a lock.
+        """Kill all processes at once."""
+        # A signal handler calls this, so it must not wait for a lock.
         for child in multiprocessing.active_children():
             with contextlib.suppress(OSError):
                 os.kill(child.pid or 0, signal.SIGKILL)
 
 
 class Executor(Workers):
-    """Workers that are handed one task after the other."""
+    """Workers that get one task after the other."""
 
     @abstractmethod
     def submit(self, task: Task) -> Future[Block]:
@@ -78,17 +78,17 @@ class Executor(Workers):
         return future.result()
 
     def most_in_flight(self) -> int:
-        """Return how many tasks are handed out at most: two for each slot, of which one waits."""
+        """Return the largest number of tasks in flight: two for each slot, one of them waiting."""
         return 2 * self.slots
 
     def is_deserted(self) -> bool:
-        """Return whether there is no worker at present."""
+        """Return whether there are no workers at present."""
         return False
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
-        """Yield the finished blocks, with `most_in_flight` tasks handed out."""
-        finished: Finished = queue.SimpleQueue()
-        in_flight: InFlight = {}
+        """Yield the finished blocks, keeping `most_in_flight` tasks in flight."""
+        finished: _Finished = queue.SimpleQueue()
+        in_flight: _InFlight = {}
         lost = None
         while True:
             try:
@@ -103,7 +103,7 @@ class Executor(Workers):
             try:
                 block = self.result(future)
             except WorkersLostError as error:
-                lost = error  # some of the others in flight may still come
+                lost = error  # other blocks in flight may still come
             else:
                 yield block
         if in_flight:
@@ -112,16 +112,16 @@ class Executor(Workers):
             raise lost
 
     def give_up(self) -> None:
-        """End what workers compute, where that can be ended."""
+        """End the computations in flight, if the workers can."""
 
-    def _hand_out(self, tasks: Tasks, in_flight: InFlight, finished: Finished) -> None:
+    def _hand_out(self, tasks: Tasks, in_flight: _InFlight, finished: _Finished) -> None:
         for task in islice(tasks, max(self.most_in_flight() - len(in_flight), 0)):
             future = self.submit(task)
             in_flight[future] = task
             future.add_done_callback(finished.put)
 
-    def _next(self, finished: Finished, in_flight: InFlight, stop: Stop) -> Future[Block] | None:
-        """Return the next finished one; None where a stop is requested and none is waited for."""
+    def _next(self, finished: _Finished, in_flight: _InFlight, stop: Stop) -> Future[Block] | None:
+        """Return the next finished future; None if a stop was requested and the wait is over."""
         since = time.monotonic()
         while True:
             with contextlib.suppress(queue.Empty):
@@ -138,5 +138,5 @@ class Executor(Workers):
 
 
 def first_line(error: BaseException) -> str:
-    """Return the first line of what an error says."""
+    """Return the first line of an error's message."""
     return (str(error).splitlines() or [repr(error)])[0]
