@@ -1,7 +1,7 @@
-"""Kernels: the only place where the model and the numerical methods meet.
+"""Kernels, in which the model and the numerical methods meet.
 
 A kernel takes plain arrays and a Settings tuple, works through many points without the interpreter
-and leaves a status for each; it raises nothing. Each method has a folder, with a module named in
-the table `options.METHODS`; `orbits/` finds orbits for all of them, and `plain_iteration/` serves
-those with a fixed step.
+and writes a status for each; it raises no exceptions. Each method has a folder with a module that
+the table `options.METHODS` names. `orbits/` finds orbits for all methods, and `plain_iteration/`
+serves the methods with a fixed step.
 """

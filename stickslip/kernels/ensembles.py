@@ -1,7 +1,8 @@
-"""Ensembles: the statistics of stochastic films, the same for all methods.
+"""Ensembles, the statistics of stochastic films, for all methods.
 
-The realizations of a point start on its settled typical path, forget it over a few drive periods,
-and are then measured over a window, one drive period at a time.
+The realizations of a point start on its settled typical path. A few drive periods, in which they
+become independent of it, are dropped. Then they are measured over a window, one drive period at a
+time.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 OK, APERIODIC = int(Status.OK), int(Status.APERIODIC)
 
-# Drive periods after which a realization has forgotten the typical path.
+# Drive periods after which a realization no longer depends on the typical path.
 _DROPPED = 5
 
-# Paths that are computed side by side.
+# The number of paths in one computation.
 PATHS_AT_A_TIME = 4096
 
 _COLUMN = {name: place for place, name in enumerate(RESULT_COLUMNS)}
@@ -39,7 +40,6 @@ _MEANS = (
 )  # fmt: skip
 _RMS = ("friction_force_rms",)
 
-
 _ERROR_COLUMNS = [_COLUMN[name] for name in _ERRORS]
 
 
@@ -48,9 +48,9 @@ def write_ensembles(
 ) -> None:
     """Replace the typical paths of points by the statistics of their realizations.
 
-    `points` (n, parameters) in SI units; `results` (n, columns) and `finals` (n, columns) of their
-    typical paths. Properties of the orbit as a whole remain those of the typical path: regime,
-    multiplier, exponent and state. Points without a typical path are left unchanged.
+    `points` (n, parameters) are in SI units; `results` (n, columns) and `finals` (n, columns)
+    belong to their typical paths. The properties of the whole orbit (regime, multiplier, exponent,
+    state) still describe the typical path. Points without one are left unchanged.
     """
     rows = np.flatnonzero(np.isin(results[:, STATUS], (OK, APERIODIC)))
     size = max(1, PATHS_AT_A_TIME // int(options.realizations))
@@ -92,8 +92,8 @@ def _measured(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows (m, columns) of paths over a window, and the amplitudes of single periods.
 
-    The latter are (m, 2, length), of stress [Pa] and force [N]. Errors of integrals are those of
-    the mean over the so many `paths` of each point.
+    The amplitudes (m, 2, length) are of stress [Pa] and force [N]. The errors of integrals refer to
+    the mean over the `paths` of each point.
     """
     begins, window, count = walk.states(), Window(len(points)), len(points)
     for _ in range(length):
@@ -129,22 +129,21 @@ def _root_mean_square(values: np.ndarray) -> float:
 def _combine(rows: np.ndarray, singles: np.ndarray, result: np.ndarray) -> None:
     """Combine the rows (paths, columns) of realizations into the result row of their point.
 
-    `singles` (paths, 2, periods) are the amplitudes of single periods. If a realization failed, so
-    does the point.
+    `singles` (paths, 2, periods) are the amplitudes of single periods. If one realization failed,
+    the whole point fails.
     """
     failed = rows[:, STATUS] != APERIODIC
     if failed.any():
-        status = rows[failed, STATUS][0]
         result[:] = [RESULTS[name].missing for name in RESULT_COLUMNS]
-        result[STATUS] = status
+        result[STATUS] = rows[failed, STATUS][0]
         return
     for place, name in enumerate(_AMPLITUDES):
         values = np.ascontiguousarray(singles[:, place]).ravel()
         result[_COLUMN[name]], result[_COLUMN[f"{name}_spread"]] = values.mean(), values.std()
-    for names, together in (
+    for names, combine in (
         (_HIGHEST, np.max), (_LOWEST, np.min), (_SUMS, np.sum), (_MEANS, np.mean),
         (_RMS, _root_mean_square), (_ERRORS, np.max),
     ):  # fmt: skip
         for name in names:
-            result[_COLUMN[name]] = together(np.ascontiguousarray(rows[:, _COLUMN[name]]))
-    result[_COLUMN["orbit_periods"]] = 0.0  # it never closes
+            result[_COLUMN[name]] = combine(np.ascontiguousarray(rows[:, _COLUMN[name]]))
+    result[_COLUMN["orbit_periods"]] = 0.0  # the motion never closes

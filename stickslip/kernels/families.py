@@ -1,7 +1,7 @@
 """Families of fluids, each with a specialised kernel, and the dispatch of points to them.
 
-A law of friction names rheological indices for which the compiler makes better code; points with
-these go to kernels of their own, all others to a general one. Factories make a kernel from the
+A law of friction lists rheological indices for which the compiler makes better code. Points with
+such an index go to special kernels, all others to a general one. Factories make a kernel from the
 physics and the index when it is first needed.
 """
 
@@ -27,9 +27,10 @@ _HARMONICS = slice(1 + len(HIGHER_COEFFICIENTS), None)
 
 
 class Family(NamedTuple):
-    """Points that share a kernel: those with the same rheological index or, for None, all others.
+    """Points that share a kernel: they have one rheological index or, with None, any other.
 
-    `higher` if their free energy has higher terms than the paper's; `physics` has their drive.
+    `higher` is true if their free energy has higher terms than the paper's; `physics` includes
+    their drive.
     """
 
     physics: Physics
@@ -51,7 +52,7 @@ class FamilyKernel(NamedTuple):
 def families(physics: Physics, kinds: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
     """Yield the families among points of these kinds (n, k), with columns in the order of `KIND`.
 
-    Each comes with the positions (m,) of its members.
+    With each family comes an array (m,) of the positions of its members.
     """
     special = friction_law(physics.friction).special_indices
     indices, has_higher = kinds[:, 0], np.any(kinds[:, _HIGHER] != 0.0, axis=1)

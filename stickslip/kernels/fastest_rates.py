@@ -1,4 +1,4 @@
-"""The fastest rates of a point, from its parameters alone: bounds for an explicit fixed step."""
+"""Upper bounds of the rates of a point, which limit an explicit fixed step."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters
 
 REFUSE_ABOVE = 2.0
-"""Product of step and fastest rate above which an explicit step is unstable."""
+"""An explicit step is unstable if its product with the fastest rate is above this."""
 
-# An explicit scheme follows the drive with an error of omega dt: this many steps per radian.
+# An explicit scheme follows the drive with an error of omega dt, so it takes this many steps.
 _STEPS_PER_RADIAN = 20.0
 
-# Bisections for the speed at which friction balances the drive: to 1e-18 of the fastest.
+# Bisections for the speed at which friction balances the drive, to 1e-18 of the largest speed.
 _BISECTIONS = 60
 
 STRAINS = 200
-"""Strains at which the static stress is evaluated: its flat maximum is found to 1e-4."""
+"""Strains at which the static stress is evaluated, which gives its flat maximum to 1e-4."""
 
 
 @jit
@@ -40,13 +40,13 @@ def _static_strength(p: Parameters, strains: int) -> float:
 
 @inline
 def _reach(p: Parameters) -> float:
-    """Upper bound of the displacement [m]: springs store no more than drive and start put in."""
+    """Upper bound of the displacement [m], as springs store only what drive and start put in."""
     return 2.0 * max(drive.largest_displacement(p), abs(p.initial_displacement))
 
 
 @jit
 def _slip_speed(p: Parameters) -> float:
-    """Upper bound of the relative speed of a slip [m/s]: that of the drive plus that of springs.
+    """Upper bound of the relative speed of a slip [m/s], the drive's speed plus the springs'.
 
     The springs are released at the end of a stick, or at the start.
     """
@@ -60,7 +60,7 @@ def _slip_speed(p: Parameters) -> float:
 
 @inline
 def _driving_force(p: Parameters) -> float:
-    """Largest force [N] that can accelerate the relative motion: drive's inertia plus springs."""
+    """Largest force [N] that can accelerate the relative motion, of the drive and the springs."""
     reach = _reach(p)
     if p.spring_stiffness > 0.0:
         reach += abs(p.initial_velocity) * math.sqrt(p.block_mass / (2.0 * p.spring_stiffness))
@@ -70,8 +70,9 @@ def _driving_force(p: Parameters) -> float:
 def _make_limited_speed(stress: Any) -> Any:
     """Return the function (p, fastest) of the largest speed up to `fastest` that friction allows.
 
-    At higher speeds [m/s] the viscous friction exceeds any force that could accelerate the motion:
-    a viscous film locks the block. The friction taken is the smallest, that of a liquid film.
+    At higher speeds [m/s] the viscous friction exceeds any force that could accelerate the motion,
+    as when a viscous film locks the block. The friction of a liquid film, which is the smallest, is
+    used.
     """
 
     @jit
@@ -92,7 +93,7 @@ def _make_limited_speed(stress: Any) -> Any:
 
 @inline
 def _film_rate(p: Parameters, phi: float, slip: float) -> float:
-    """Fastest rate of the order parameter [1/s]: while it melts in a slip, or in the solid."""
+    """Fastest rate of the order parameter [1/s], either of melting in a slip or in the solid."""
     B = film.melting_function(p, friction.elastic_strain(p, slip))
     heating = film.heating(p)
     solid = film.log_force(p, phi, heating) + film.log_force_slope(p, phi)
@@ -103,9 +104,9 @@ def _film_rate(p: Parameters, phi: float, slip: float) -> float:
 def rates_kernel(law_name: str) -> Any:
     """Return the kernel (points, rates) that bounds the fastest rate of points.
 
-    `points` (n, parameters); `rates` (n,) [1/s] is output. The rates are those of Eqs. 3 and 26:
+    `points` (n, parameters); `rates` (n,) [1/s] is output. The rates come from Eqs. 3 and 26:
     elastic plus viscous friction on v, the order parameter in a slip and in the solid, and the
-    springs; that of the drive is scaled so that a step it allows also resolves the drive.
+    springs. The rate of the drive is scaled so that the step also resolves the drive.
     """
     law = friction_law(law_name)
     stable_slope, limited_speed = law.stable_slope, _make_limited_speed(law.stress)
@@ -135,7 +136,8 @@ def _write_static_strengths(points: np.ndarray, strains: int, strengths: np.ndar
 def static_strength(points: np.ndarray, strains: int = STRAINS) -> np.ndarray:
     """Return the largest static elastic stress a phi_plus^2 eps [Pa] of solid films, (n,).
 
-    `points` (n, parameters). The maximum over `strains` values: with fewer it is never larger.
+    `points` (n, parameters). This is the maximum over `strains` values of the strain; fewer values
+    never give more.
     """
     points = np.ascontiguousarray(np.atleast_2d(points), dtype=float)
     strengths = np.empty(len(points))
@@ -152,7 +154,7 @@ def fastest_rate(points: np.ndarray, law: str) -> np.ndarray:
 
 
 def largest_stable_step(points: np.ndarray, law: str = DEFAULTS.friction) -> np.ndarray:
-    """Return the largest fixed step [s] that is accepted, for each point (n, parameters)."""
+    """Return the largest accepted fixed step [s] of each point (n, parameters)."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         steps = REFUSE_ABOVE / fastest_rate(points, law)
     return np.nan_to_num(steps, nan=0.0)  # a rate that overflows allows no step

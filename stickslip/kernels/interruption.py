@@ -1,6 +1,6 @@
-"""A way to end a computation between two calls of a kernel, whose result nobody awaits any more.
+"""A way to end a computation whose result nobody awaits any more, between two calls of a kernel.
 
-A kernel cannot be interrupted; it returns after a budget of work, and is called again.
+A kernel cannot be interrupted, but it returns after a budget of work and is then called again.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ _CHECK: ContextVar[Callable[[], None] | None] = ContextVar("check", default=None
 
 @contextmanager
 def checked_by(check: Callable[[], None]) -> Iterator[None]:
-    """Call `check` between the kernels of this thread; what it raises ends the computation."""
+    """Call `check` between the kernels of this thread; an exception that it raises ends them."""
     before = _CHECK.set(check)
     try:
         yield
@@ -23,6 +23,6 @@ def checked_by(check: Callable[[], None]) -> Iterator[None]:
 
 
 def check_interruption() -> None:
-    """Raise what the check of this thread raises; nothing where there is none."""
+    """Call the check of this thread, if there is one."""
     if (check := _CHECK.get()) is not None:
         check()

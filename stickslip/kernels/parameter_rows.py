@@ -12,21 +12,21 @@ from stickslip.options import Physics
 from stickslip.parameters import ParameterValues
 
 parameters_of = make_row_reader(ParameterValues)
-"""Inline: the parameters of a row of numbers in the order of `Parameters._fields`."""
+"""The inline function that reads parameters from a row in the order of `Parameters._fields`."""
 
 FIRST_STEP = 1e-6
-"""The first step as a fraction of the drive period: short against every rate of the paper's
-figures, and the controller can lengthen it six-fold with each step."""
+"""The first step as a fraction of the drive period. It is short against every rate of the paper's
+figures, and the controller can make each step six times as long as the one before."""
 
 
 def final_columns(physics: Physics) -> tuple[str, ...]:
-    """Columns of a final row: the stroboscopic state (x, v, ln phi, ...), the next step."""
+    """Return the columns of a final row: the stroboscopic state (x, v, ln phi, ...), next step."""
     return (*(component.name for component in model_of(physics).components), "step")
 
 
 def write_results(points: np.ndarray, measured: Measured, results: np.ndarray) -> None:
     """Write the result rows (n, columns) of motions of points (n, parameters)."""
-    # Columns of other arrays are not contiguous: a second signature of the kernel.
+    # Columns of other arrays are not contiguous, which would need a second signature of the kernel.
     _write_results(points, Measured(*map(np.ascontiguousarray, measured)), results)
 
 

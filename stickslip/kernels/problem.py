@@ -1,10 +1,10 @@
-"""The equations of motion for the adaptive method, with cusps rounded."""
+"""The equations of motion with rounded cusps, for the adaptive method."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.model import drive
@@ -12,25 +12,29 @@ from stickslip.model.models import model_of
 from stickslip.model.rhs import Equations
 from stickslip.model.solids import Thresholds, thresholds
 from stickslip.model.state import State
+from stickslip.numerics.adaptive import make_adaptive
+from stickslip.numerics.linear import algebra
+from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
 # A cusp of the law is rounded below this many tolerances of X_m omega, so that a step can cross the
 # cusp without getting stuck in it. A wider rounding changes the slip of a locked block, and with it
-# the stress; a tenth of this one takes a tenth more steps, and a hundredth ten times as many.
+# the stress. A tenth of this width takes a tenth more steps, and a hundredth ten times as many.
 _ROUNDING = 1e-2
 
 
 class Problem(NamedTuple):
-    """The problem that the adaptive method integrates."""
+    """The problem that the adaptive method integrates, at a tolerance `rtol`.
+
+    `u_s` is the relative speed [m/s] below which a cusp of the law is rounded; `phases` are the
+    limits between the phases of the film.
+    """
 
     p: Parameters
     rtol: float
-    """The tolerance."""
     u_s: float
-    """Relative speed [m/s] below which a cusp of the law is rounded."""
     phases: Thresholds
-    """The limits between the phases of the film."""
 
 
 @inline
@@ -41,7 +45,7 @@ def rounding_speed(p: Parameters, rtol: float) -> float:
 
 @inline
 def problem_of(p: Parameters, rtol: float) -> Problem:
-    """The problem for parameters `p` at a tolerance."""
+    """Problem for parameters `p` at a tolerance."""
     return Problem(p, rtol, rounding_speed(p, rtol), thresholds(p))
 
 
@@ -54,22 +58,22 @@ class ProblemFunctions(NamedTuple):
     """Number of state variables."""
 
     rhs: Callable[..., State]
-    """(problem, t, y): rates of the state."""
+    """(problem, t, y) -> the rates of the state."""
 
     jacobian: Callable[..., tuple[State, ...]]
-    """(problem, t, y): the rows of the Jacobian, and d(rhs)/dt."""
+    """(problem, t, y) -> the rows of the Jacobian, and d(rhs)/dt."""
 
     error_weight: Callable[..., State]
-    """(problem, y, y1, J): weights [1/m, s/m, 1, 1] of the errors of y."""
+    """(problem, y, y1, J) -> the weights [1/m, s/m, 1, 1] of the errors of y."""
 
     step_limits: Callable[..., tuple[float, float]]
-    """(problem, y0, f0, y1, f1, h): the largest part of a step that may be taken, and the longest
-    step after it, as `Equations.step_limits`."""
+    """(problem, y0, f0, y1, f1, h) -> the largest part of a step that may be taken, and the longest
+    step after it, as in `Equations.step_limits`."""
 
 
 @cache
 def problem_functions(physics: Physics) -> ProblemFunctions:
-    """Return the functions that a drive needs to integrate these physics."""
+    """Return the functions with which a drive integrates these physics."""
     model = model_of(physics)
     bound, weight = model.equations, model.equations.error_weight
     model_rhs, model_jacobian, limits = bound.rhs, bound.jacobian, bound.step_limits
@@ -94,3 +98,17 @@ def problem_functions(physics: Physics) -> ProblemFunctions:
 
     width = len(model.components)
     return ProblemFunctions(bound, width, rhs, jacobian, error_weight, step_limits)
+
+
+def make_travel(functions: ProblemFunctions, observe: Callable[..., None], **disturb: Any) -> Any:
+    """Return the scalar drive of the adaptive method; arguments as in `make_adaptive`."""
+    return make_adaptive(
+        functions.rhs,
+        functions.jacobian,
+        functions.error_weight,
+        observe,
+        RODAS4P2,
+        algebra(functions.width),
+        limits=functions.step_limits,
+        **disturb,
+    )

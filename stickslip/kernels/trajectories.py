@@ -1,4 +1,4 @@
-"""Sampled trajectories, one at a time: the part common to all methods, and the observables."""
+"""Sampled trajectories, one at a time, and their observables, for all methods."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import jit, kernel_factory, named_kernel
-from stickslip.compiled.fields import make_map
+from stickslip.compiled.fields import make_tuple_reader
 from stickslip.kernels.families import physics_at
 from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
 from stickslip.kernels.streams import PERIOD, STREAM
@@ -30,14 +30,13 @@ OBSERVABLES = (
 
 
 DRAWN, BITS = STREAM, STREAM + 1
-"""Slots after a stream: the steps drawn in this drive period, and the unused signs."""
+"""Two slots after a stream, for the steps drawn in this drive period and for the unused signs."""
 
 
 class Samples(NamedTuple):
     """Rows (n, width) for the states at the phase times j dt, and the number of the next one.
 
-    `stream` belongs to a stochastic path: STREAM numbers, then the steps drawn in this drive period
-    and the unused signs.
+    The `stream` of a stochastic path has STREAM numbers, and slots for DRAWN and BITS.
     """
 
     rows: np.ndarray
@@ -47,7 +46,7 @@ class Samples(NamedTuple):
 
 
 def make_sample_step(width: int) -> Any:
-    """Return the function that writes the states at the sample times within a step."""
+    """Return the function that writes the states at the sample times in a step."""
     interpolate = algebra(width).interpolate
 
     @jit
@@ -65,11 +64,11 @@ def make_sample_step(width: int) -> Any:
 def make_trajectory(width: int, period_map: Any, own_state: Any, motion: Any) -> Any:
     """Return the function that samples a trajectory with one method, for states of this width.
 
-    `period_map(p, settings, y, h, budget, samples)` gives (y, h, steps, status) after a drive
-    period; `own_state(p, y)` turns (x, v, ln phi, ...) at phase 0 into the method's own state, and
-    `motion(p, t, y)` turns that into (x, v, phi, ...) at phase time t.
+    `period_map(p, settings, y, h, budget, samples)` returns (y, h, steps, status) after a drive
+    period. `own_state(p, y)` turns (x, v, ln phi, ...) at phase 0 into the state of the method, and
+    `motion(p, t, y)` turns this state at phase time t into (x, v, phi, ...).
     """
-    row_state = make_map(f"row_state[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
+    row_state = make_tuple_reader(width)
 
     def trajectory(
         point: np.ndarray,
@@ -112,8 +111,8 @@ def write_trajectory(
 ) -> int:
     """Compute a sampled trajectory and return the Status as an integer.
 
-    Arguments as of the kernels, described in `adaptive/adaptive_trajectory.py`; `stream` belongs to
-    stochastic noise.
+    The arguments are those of the kernels in `adaptive/adaptive_trajectory.py`; stochastic noise
+    needs a `stream`.
     """
     physics = physics_at(point, options.physics)
     kernel = METHODS[options.method].kernels.trajectory_kernel(physics)
@@ -122,7 +121,7 @@ def write_trajectory(
 
 
 def new_stream(numbers: np.ndarray | None = None) -> np.ndarray:
-    """Return the stream of a trajectory, from `numbers` (STREAM,), at its first random number."""
+    """Return the stream of a trajectory, with `numbers` (STREAM,), at its first random number."""
     stream = np.zeros(BITS + 1)
     stream[:STREAM] = 0.0 if numbers is None else numbers
     return stream
@@ -133,15 +132,15 @@ def observables_kernel(physics: Physics) -> Any:
     """Return the kernel of the observables of a trajectory of states (x, v, phi, ...).
 
     It takes `point` (parameters,), `times` (n,), `samples` (n, width) and the speed `u_s` [m/s]
-    below which the method rounded a cusp of the law, and writes `observables` (n, 6), in the order
-    of OBSERVABLES.
+    below which the method rounds a cusp of the law. It writes `observables` (n, 6) in the order of
+    OBSERVABLES.
     """
     model = model_of(physics)
-    bound, width = model.equations, model.width
+    bound = model.equations
     observables_at, rounded, strain = bound.observables, bound.law.rounded, bound.strain
     relative_state, upper = bound.relative_state, bound.upper
     upper_displacement, upper_velocity = upper.displacement, upper.velocity
-    sample = make_map(f"sample[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
+    sample_state = make_tuple_reader(model.width)
 
     def observables_of(
         point: np.ndarray,
@@ -153,8 +152,8 @@ def observables_kernel(physics: Physics) -> Any:
         p = parameters_of(point)
         for i in range(times.shape[0]):
             t, row = times[i], observables[i]
-            # With phi in place of its logarithm, which these functions do not use.
-            y = relative_state(p, t, sample(samples[i]))
+            # This has phi in place of its logarithm, which these functions do not use.
+            y = relative_state(p, t, sample_state(samples[i]))
             row[0], row[1] = upper_displacement(p, t), upper_velocity(p, t)
             row[2] = strain(p, y)
             row[3], row[5] = observables_at(p, y, samples[i, FILM], u_s)

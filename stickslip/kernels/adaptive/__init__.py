@@ -1,1 +1,1 @@
-"""The adaptive method in lanes: passes over many points, and the records of those points."""
+"""The adaptive method in lanes, with passes over many points and the records of their orbits."""

@@ -1,4 +1,4 @@
-"""The adaptive method's trajectories, one at a time, by the scalar drive."""
+"""Trajectories of the adaptive method, one at a time, by the scalar drive."""
 
 from __future__ import annotations
 
@@ -7,26 +7,31 @@ from typing import Any
 
 from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
-from stickslip.kernels.problem import Problem, ProblemFunctions, problem_functions, problem_of
+from stickslip.kernels.problem import (
+    Problem,
+    ProblemFunctions,
+    make_travel,
+    problem_functions,
+    problem_of,
+)
 from stickslip.kernels.streams import KEY_HIGH, KEY_LOW, PATH, PERIOD, normal_number
 from stickslip.kernels.trajectories import DRAWN, Samples, make_sample_step, make_trajectory
 from stickslip.model import drive
 from stickslip.model.state import FILM, State
-from stickslip.numerics.adaptive import OK, make_adaptive
+from stickslip.numerics.adaptive import OK
 from stickslip.numerics.linear import algebra
-from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import Physics, Settings
 from stickslip.parameters import Parameters
 
 
 @kernel_factory
 def adaptive_trajectory(physics: Physics) -> Any:
-    """The kernel of a trajectory by the adaptive method.
+    """Return the kernel of a trajectory by the adaptive method.
 
-    It maps (point, settings, start, per_period, stream, samples) to the Status as an integer:
-    `point` (parameters,); `start` (width,) the state (x, v, ln phi, ...) at phase 0; `stream` from
-    `new_stream`, which is advanced; `samples` (periods*per_period + 1, width) receives (x, v, phi,
-    ...) at equal intervals.
+    It maps (point, settings, start, per_period, stream, samples) to the Status as an integer.
+    `point` is (parameters,), and `start` (width,) the state (x, v, ln phi, ...) at phase 0. The
+    kernel advances `stream`, from `new_stream`, and writes (x, v, phi, ...) at equal intervals into
+    `samples` (periods*per_period + 1, width).
     """
     functions = problem_functions(physics)
     width, relative_state = functions.width, functions.equations.relative_state
@@ -47,8 +52,7 @@ def adaptive_trajectory(physics: Physics) -> Any:
 
 
 def _make_period(functions: ProblemFunctions) -> Any:
-    """Return the map of a drive period with samples for `make_trajectory`."""
-    rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
+    """Return the map of a drive period, with samples, for `make_trajectory`."""
     sample_step = make_sample_step(functions.width)
 
     @inline
@@ -57,15 +61,7 @@ def _make_period(functions: ProblemFunctions) -> Any:
     ) -> None:
         sample_step(t, h, y0, y1, d1, d2, s)
 
-    travel = make_adaptive(
-        rhs,
-        jacobian,
-        weight,
-        observe,
-        RODAS4P2,
-        algebra(functions.width),
-        limits=functions.step_limits,
-    )
+    travel = make_travel(functions, observe)
 
     @jit
     def period(
@@ -78,9 +74,7 @@ def _make_period(functions: ProblemFunctions) -> Any:
 
 
 def _make_stochastic_period(functions: ProblemFunctions) -> Any:
-    """Return the same map with stochastic noise, whose steps end at the samples."""
-    rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
-    disturb = _make_disturb(functions)
+    """Return this map with stochastic noise, whose steps end at the samples."""
 
     @inline
     def ignore(
@@ -88,16 +82,7 @@ def _make_stochastic_period(functions: ProblemFunctions) -> Any:
     ) -> None:
         pass
 
-    travel = make_adaptive(
-        rhs,
-        jacobian,
-        weight,
-        ignore,
-        RODAS4P2,
-        algebra(functions.width),
-        disturb,
-        functions.step_limits,
-    )
+    travel = make_travel(functions, ignore, disturb=_make_disturb(functions))
 
     @jit
     def period(
@@ -105,7 +90,7 @@ def _make_stochastic_period(functions: ProblemFunctions) -> Any:
     ) -> Any:
         problem, steps, status = problem_of(p, settings.rtol), 0, OK
         for i in range(s.rows.shape[0]):
-            # The noise is only known at the ends of steps, so a step must end at every sample.
+            # The noise is known only at the ends of steps, so a step must end at every sample.
             for component in range(s.rows.shape[1]):
                 s.rows[i, component] = y[component]
             end = (i + 1) * s.dt if i + 1 < s.rows.shape[0] else drive.period(p)
@@ -142,7 +127,7 @@ def _make_disturb(functions: ProblemFunctions) -> Any:
         s: Samples,
     ) -> tuple[State, State, float]:
         stream, p = s.stream, problem.p
-        # Only accepted steps draw. The count is a float, because a stream is a row of floats.
+        # Only accepted steps draw. The count is a float because a stream is a row of floats.
         low, high, path, period = stream[KEY_LOW], stream[KEY_HIGH], stream[PATH], stream[PERIOD]
         xi = normal_number(low, high, path, period, stream[DRAWN])
         stream[DRAWN] += 1.0

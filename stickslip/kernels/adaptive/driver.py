@@ -1,6 +1,6 @@
-"""The adaptive method for many points at once, in lanes: an entry of the table `options.METHODS`.
+"""The adaptive method for many points at once, in lanes, as the table `options.METHODS` names it.
 
-The functions named in `options.OFFERED` are those that every such module provides.
+Every module in that table has the functions in `options.OFFERED`.
 """
 
 from __future__ import annotations
@@ -58,32 +58,33 @@ from stickslip.options import Options, Settings
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 
-# How often a measurement that began off the orbit is repeated at most; and the longest correction
-# of the state by a Newton step, in tolerances.
+# The largest number of repetitions of a measurement that began off the orbit, and the longest
+# correction of the state by a Newton step, in tolerances.
 _MOST_CORRECTIONS = 2
 _LONGEST_CORRECTION = 100.0
 
-# A state that returns farther than this from where it began, in units of the scaled motion, was not
-# near the orbit: at a loose tolerance a film can miss the moment at which it freezes.
+# A state that returns farther than this from its start, in units of the scaled motion, was not near
+# the orbit. At a loose tolerance a film can miss the moment at which it freezes.
 _ELSEWHERE = 1e-2
 
-# A cycle whose end differs from its start by more than this, weighted as in the test of repetition,
-# is not that of the orbit even if it leads there. The limit is a difference of 1 in ln(phi), which
-# the search accepts to thousands of tolerances, and by which the stress can differ seven-fold.
+# If the end of a cycle differs from its start by more than this, weighted as in the test of
+# repetition, the cycle is not on the orbit, even if it ends there. The limit is a difference of 1
+# in ln(phi). The search accepts this up to thousands of tolerances, and the stress can then differ
+# by a factor of seven.
 _MOVED = 1e-3
 
-# Wandering motions are watched with this fraction of the tolerance, but for that reason alone no
-# more finely than the second number.
+# Wandering motions are watched with this fraction of the tolerance. The second number limits how
+# fine this fraction may make it.
 _WATCHED_PART, _WATCHED = 1e-2, 1e-8
 
-# The largest distance at which a limit counts as reached: beyond it long cycles close by accident.
+# The largest distance at which a limit counts as reached; beyond it long cycles close by accident.
 _LOOSEST = 1e-4
 
 trajectory_kernel = adaptive_trajectory
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
-    """Yield the further kernels that points of these kinds (n, k) need; see `families.KIND`."""
+    """Yield the additional kernels for points of these kinds (n, k), as in `families.KIND`."""
     width, no_rows = model_of(options.physics).width, np.empty(0, np.int64)
     for family, _ in families(options.physics, kinds):
         no_points = new_motions(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
@@ -95,12 +96,12 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
-    """Return the largest stable fixed step [s] of each point (n, parameters): here infinity."""
+    """Return the largest stable fixed step [s] of each point (n, parameters), which is infinite."""
     return np.full(len(points), np.inf)
 
 
 def rounding(p: Parameters, options: Options) -> float:
-    """Relative speed [m/s] below which the method rounds a cusp of the law."""
+    """Return the relative speed [m/s] below which the method rounds a cusp of the law."""
     return float(rounding_speed(p, options.rtol))
 
 
@@ -114,11 +115,11 @@ def orbits(
 ) -> None:
     """Compute stationary orbits.
 
-    Three passes: one to the orbit, at `rtol` and finally a tenth of it, and one over the orbit at
-    each of these tolerances. The finer measurement is reported; the difference gives its error.
-    Small displacements carried along show how strongly the orbit attracts, and how an offset from
-    it affects the measurement; if that is too much, the measurement is repeated from nearer to the
-    orbit. Motions that approach no orbit are watched over a window instead.
+    This takes three passes: one to the orbit, at `rtol` and finally a tenth of it, and one over the
+    orbit at each of these tolerances. The finer measurement is reported, and the difference gives
+    its error. Small displacements, which are integrated too, show how strongly the orbit attracts
+    and how an offset from it affects the measurement. If it does so too much, the measurement is
+    repeated from nearer to the orbit. Motions that approach no orbit are watched over a window.
 
     Parameters
     ----------
@@ -127,13 +128,14 @@ def orbits(
     options
         Tolerances, budgets, the physics.
     starts
-        (n, columns) initial states, laid out as `finals`; a row of NaN stands for the point's own.
+        (n, columns) initial states, in the layout of `finals`; a row of NaN stands for the start
+        of the point.
     results
         (n, columns), output in the order of `variables.RESULT_COLUMNS`.
     finals
-        (n, columns), output in the order of `points.final_columns`.
+        (n, columns), output in the order of `parameter_rows.final_columns`.
     patience
-        Drive periods after which a point is left pending; 0 for no limit.
+        Drive periods after which a point is left pending; 0 means no limit.
     """
     physics = options.physics
     motions = motions_of(points, physics, starts)
@@ -145,11 +147,11 @@ def orbits(
             break
         part = part_of(motions, rows)
         part.states[:] = _corrected(part, orbits, rows, options)
-        # The state is that at the end of the measured cycle: one more has been integrated.
+        # The state is at the end of the measured cycle, which counts as integrated.
         part.counts[:, HALVES] += part.counts[:, CYCLE]
         put_back(orbits, rows, _measure(points[rows], part, options, again=True))
         put_back(motions, rows, part)
-    # Still moving after all corrections: the offset, and with it the error, is unknown.
+    # If a motion still moves after all corrections, its offset, and so its error, is unknown.
     orbits.offsets[_moved(orbits)] = np.nan
     finals[:], ends = orbits.begins, motions.states.copy()
     for states in (finals, ends):
@@ -166,10 +168,10 @@ def orbits(
 def stochastic_walk(
     points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
 ) -> StochasticWalk:
-    """Return motions with stochastic noise, to be advanced one drive period at a time.
+    """Return motions with stochastic noise, which advance one drive period at a time.
 
-    `points` (n, parameters) in SI units; `starts` (n, columns) laid out as `finals`; `streams`
-    (n, STREAM) distinguish their random numbers.
+    `points` (n, parameters) are in SI units, `starts` (n, columns) in the layout of `finals`.
+    `streams` (n, STREAM) identify their random numbers.
     """
     physics = options.physics
     motions = motions_of(points, physics.typical, starts)
@@ -178,19 +180,19 @@ def stochastic_walk(
 
 
 def _finer(options: Options) -> float:
-    """The tolerance of the measurement that is reported."""
+    """Return the tolerance of the reported measurement."""
     return max(REFINEMENT * options.settings().rtol, TIGHTEST)
 
 
 def _measure(
     points: np.ndarray, motions: Motions, options: Options, *, again: bool = False
 ) -> Orbits:
-    """Measure settled orbits: the finer measurement stays in the motions, all else is returned.
+    """Measure settled orbits; the motions keep the finer measurement, the rest is returned.
 
     The motions begin in states on the orbits. The coarser measurement begins where the finer one
-    ends, so that the two differ if the first state was off the orbit by something that decays
-    quickly. They also differ if the finer one's state is off the coarser orbit, whose cusp is
-    rounded more widely: with `again` a cycle is spent first to let that decay.
+    ends, so that the two differ if the first state had an offset from the orbit that decays
+    quickly. They also differ if the state of the finer one is off the coarser orbit, whose cusp is
+    rounded more widely; with `again` this offset first decays over a cycle.
     """
     settings, physics, finer = options.settings(), options.physics, _finer(options)
     components, most = model_of(physics).components, settings.max_steps
@@ -209,7 +211,7 @@ def _measure(
     )
     missed, others_missed = ended - begun, others_ended - others_begun
     offsets = rest_points(near.maps, missed) - missed
-    if not again:  # the motion may have left the orbit, and the cycle after it would not show that
+    if not again:  # the motion may have left the orbit, which a later cycle would not show
         offsets[np.abs(missed[:, :2]).max(axis=1) > _ELSEWHERE] = np.nan
     others_offsets = rest_points(near.maps, others_missed) - others_missed
     return Orbits(
@@ -228,10 +230,10 @@ def _measure(
 def _off_the_orbit(
     points: np.ndarray, motions: Motions, orbits: Orbits, options: Options
 ) -> np.ndarray:
-    """Return the points (m,) whose measurement visibly began off their orbit.
+    """Return the points (m,) whose measurement clearly began off their orbit.
 
     If a thin film locks a block, a minute error of the velocity may change the force by half. An
-    order parameter that was far off grows back within the cycle, too late for the stress of that
+    order parameter that was far off recovers within the cycle, too late for the stress of that
     cycle, and small displacements do not reveal it.
     """
     off, rtol = np.zeros(len(points), dtype=bool), options.settings().rtol
@@ -242,16 +244,16 @@ def _off_the_orbit(
 
 
 def _moved(orbits: Orbits) -> np.ndarray:
-    """Tell which of the measured cycles (n,) did not end where they began."""
+    """Return which measured cycles (n,) did not end where they began."""
     return np.asarray(np.abs(orbits.missed).max(axis=1) > _MOVED)
 
 
 def _corrected(motions: Motions, orbits: Orbits, rows: np.ndarray, options: Options) -> np.ndarray:
     """Return states (m, width + 1) nearer to the orbits of these rows.
 
-    They are those a cycle later, corrected by a Newton step if that is small. A long step of
-    ln(phi) is left out: the film does not respond linearly to it, and follows the motion, which is
-    corrected.
+    These are the states a cycle later, corrected by a Newton step if that is small. A long step of
+    ln(phi) is left out, because the film does not respond linearly to it and follows the motion,
+    which is corrected.
     """
     states, offsets = motions.states.copy(), orbits.offsets[rows]
     small = np.abs(offsets[:, :2]).max(axis=1) <= _LONGEST_CORRECTION * options.rtol
@@ -268,37 +270,33 @@ def _settle(
 
     A point that takes longer than the patience is left pending.
     """
-    settings, rows = options.settings(), np.arange(len(points))
-    rtol, task = _watching_tolerance(settings), _search_of(settings)
-    march = AdaptiveMarch(points, motions, options.physics, settings.max_steps, rtol)
+    settings = options.settings()
+    distance = min(settings.stationary_rtol, _LOOSEST)
+    task = Search(settings.rtol, distance, 2 * settings.max_periods, settings.accelerate)
+    watched = _watching_tolerance(settings)
+    march = AdaptiveMarch(points, motions, options.physics, settings.max_steps, watched)
     if not 0 < patience < settings.max_periods:
         return find_orbits(march, task, settings.window)
-    settle(march, rows, task._replace(max_halves=2 * patience))
+    settle(march, np.arange(len(points)), task._replace(max_halves=2 * patience))
     unfinished = np.isin(motions.counts[:, OUTCOME], (NOT_STATIONARY, APERIODIC))
     motions.counts[unfinished, OUTCOME] = int(Status.PENDING)
     return []
 
 
 def _watching_tolerance(settings: Settings) -> float:
-    """The tolerance with which wandering motions are watched.
+    """Return the tolerance with which wandering motions are watched.
 
-    Chaos amplifies the errors of the integrator until they affect the statistics, so it is finer
-    than the user's tolerance; but statistics are no better than their window.
+    Chaos amplifies the errors of the integrator until they affect the statistics, so this is finer
+    than the user's tolerance. Yet statistics are no better than their window.
     """
     finer = min(max(_WATCHED_PART * settings.rtol, _WATCHED), REFINEMENT * settings.rtol)
     return max(finer, TIGHTEST)
 
 
-def _search_of(settings: Settings) -> Search:
-    """Return the search that brings points to their orbits."""
-    distance = min(settings.stationary_rtol, _LOOSEST)
-    return Search(settings.rtol, distance, 2 * settings.max_periods, settings.accelerate)
-
-
 def _spreads(
     points: np.ndarray, motions: Motions, begins: np.ndarray, options: Options
 ) -> np.ndarray:
-    """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
+    """Return standard deviations (n, 2) of the amplitudes of single drive periods, in SI units."""
     spreads = np.zeros((len(points), 2))
     rows = np.flatnonzero((motions.counts[:, OUTCOME] == OK) & (motions.counts[:, CYCLE] > 2))
     if len(rows):

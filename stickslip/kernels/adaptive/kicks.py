@@ -1,6 +1,6 @@
-"""Stochastic noise in the adaptive method: the random kick after every accepted step of a lane.
+"""Stochastic noise in the adaptive method, a random kick after every accepted step of a lane.
 
-Imported only for stochastic films, and compiled into kernels of their own.
+Only stochastic films import this module, and only their kernels contain its functions.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stickslip.model.state import FILM
 from stickslip.numerics.linear import algebra
 from stickslip.parameters import Parameters
 
-# Within a step the drift may deviate this far from a linear one over the width of the noise.
+# Within a step the drift may deviate this much from a linear one over the width of the noise.
 _MOST_BENDING = 0.1
 
 
@@ -35,20 +35,20 @@ def after_kick(
 
 
 def make_kick(problems: Callable[..., Problem], width: int) -> Any:
-    """Return the function (lanes) that adds the noise of the last step wherever it was accepted."""
+    """Return the function (lanes) that adds the noise of the last step if it was accepted."""
     deviation_of, step_of = make_deviation(algebra(width).interpolate), step_reader(width)
     first = stream_begin(width)
 
     @inline
     def lane_kick(lane: int, lanes: np.ndarray) -> None:
         p, step = problems(lanes, lane).p, step_of(lanes, lane)
-        # The attempt numbers the step, not a counter of draws: no state to carry between lanes.
+        # The number of the attempt identifies the step, so no counter of draws is needed.
         low, high = get(lanes, first + KEY_LOW, lane), get(lanes, first + KEY_HIGH, lane)
         path, period = get(lanes, first + PATH, lane), get(lanes, first + PERIOD, lane)
         xi = normal_number(low, high, path, period, get(lanes, SLOTS.attempts, lane))
         deviation = deviation_of(p, step.used, step.y0, step.y1, step.d1, step.d2)
         psi, longest = after_kick(p, step.y1[FILM], deviation, step.used, xi)
-        # Choices in place of branches: a lane whose step was rejected draws its number in vain.
+        # Choices replace branches, so a lane whose step was rejected draws a number in vain.
         accepted, h = get(lanes, SLOTS.accepted, lane) > 0.0, get(lanes, SLOTS.step, lane)
         put(lanes, SLOTS.state + FILM, lane, psi if accepted else step.y1[FILM])
         put(lanes, SLOTS.step, lane, longest if accepted and longest < h else h)

@@ -1,4 +1,4 @@
-"""The march of the adaptive method, by half periods, and its walks, one drive period at a time."""
+"""The march of the adaptive method by half periods, and its walks by drive periods."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PENDING = int(Status.PENDING)
 class AdaptiveMarch:
     """The motions of points (n, parameters), each in at most `max_steps` altogether.
 
-    Walks of some of them are at a tolerance of their own, `watched`.
+    Walks of some motions have the tolerance `watched`.
     """
 
     per_period = 2
@@ -46,23 +46,23 @@ class AdaptiveMarch:
         self._max_steps, self._watched = max_steps, watched
 
     def advance(self, family: Family) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the function that takes rows half a period further, as `March` says."""
+        """Return the function that takes rows half a period further, as in `March`."""
         return InLanes(self.motions, family, Pass(SEARCH, 0, self._max_steps)).go_on
 
     def walk(self, rows: np.ndarray) -> TangentWalk:
-        """Return the motions in these rows (m,), to be advanced by drive periods."""
+        """Return the motions in these rows (m,), which advance by drive periods."""
         own = part_of(self.motions, rows)
         return TangentWalk(self.points[rows], own, self._watched, self._max_steps, self.physics)
 
     def rejoin(self, rows: np.ndarray, walk: TangentWalk) -> None:
-        """Let the motions go on from where a walk of these rows (m,) has led."""
+        """Let the motions in these rows (m,) go on from the states of a walk."""
         put_back(self.motions, rows, walk.motions)
 
 
 class AdaptiveWalk:
-    """The motions of points (n, parameters) from their states on, by measuring passes.
+    """The motions of points (n, parameters) from their present states, by measuring passes.
 
-    At the tolerance `rtol`, in at most `max_steps` a period.
+    Each period has the tolerance `rtol` and takes at most `max_steps`.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class AdaptiveWalk:
         return records
 
     def part(self, which: np.ndarray) -> AdaptiveWalk:
-        """Return the walk of these motions alone, from where they are."""
+        """Return the walk of these motions only, from their present states."""
         rows = np.flatnonzero(which)
         motions = part_of(self.motions, rows)
         return AdaptiveWalk(self.points[rows], motions, self.rtol, self.max_steps, self.physics)
@@ -98,31 +98,31 @@ class AdaptiveWalk:
 
 
 class StochasticWalk(AdaptiveWalk):
-    """Motions with stochastic noise; their points have streams."""
+    """Motions with stochastic noise, whose points have streams."""
 
     def next_period(self) -> np.ndarray:
-        """Advance by a drive period, which has random numbers of its own."""
+        """Advance by a drive period, with the random numbers of that period."""
         records = super().next_period()
         self.motions.points[:, -1] += 1.0  # the last number of a stream: the drive period
         return records
 
 
 class TangentWalk(AdaptiveWalk):
-    """Motions with copies that carry tangents; both go through the lanes together."""
+    """Motions with displaced copies that carry tangents; both share the lanes."""
 
     def __init__(
         self, points: np.ndarray, motions: Motions, rtol: float, max_steps: int, physics: Physics
     ) -> None:
         super().__init__(points, motions, rtol, max_steps, physics)
         count = len(points)
-        # All motions and copies together, so that lanes are full; both are views of that.
+        # One array holds all motions and copies, so that lanes are full; both are views of it.
         self._all = part_of(self.motions, np.tile(np.arange(count), 2))
         self.motions = Motions(*(column[:count] for column in self._all))
         self._copies = Motions(*(column[count:] for column in self._all))
         self._tangents = Tangents(count, rtol, model_of(physics).components)
 
     def next_period(self) -> np.ndarray:
-        """Advance the motions and copies displaced from them by a drive period."""
+        """Displace the copies from the motions, and advance both by a drive period."""
         self._copies.states[:] = self._tangents.displaced(self.motions.states)
         return super().next_period()
 
@@ -132,6 +132,6 @@ class TangentWalk(AdaptiveWalk):
         return np.where(self._copies.counts[:, OUTCOME] != OK, np.nan, growth)
 
     def stop(self, which: np.ndarray) -> None:
-        """Leave these motions where they are, with the outcome PENDING."""
+        """Stop these motions where they are, with the outcome PENDING."""
         for each in (self.motions, self._copies):
             each.counts[which & (each.counts[:, OUTCOME] == OK), OUTCOME] = PENDING

@@ -1,9 +1,9 @@
-"""The adaptive method in lanes: kernels that take many motions along.
+"""The kernels of the adaptive method, which integrate many motions in lanes.
 
 A point is integrated half a drive period at a time, over phases 0 to pi in its own units
 (model/scaling.py), and then mirrored, which maps its orbit onto itself. A lane takes the next point
-as soon as its own has ended. A kernel returns some points that have ended while others are under
-way, and leaves everything it needs to go on in the arrays that it was given.
+as soon as its point has ended. A kernel returns some points that have ended while others are still
+on their way. Its arrays then hold everything that it needs to continue.
 """
 
 from __future__ import annotations
@@ -59,20 +59,21 @@ from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import Physics
 
 WORK = 2_000_000
-"""Attempts of all lanes together in a kernel call: about a second, so that Ctrl-C is noticed."""
+"""Attempts of all lanes together in a kernel call, which take about a second, so that Ctrl-C is
+noticed."""
 
 _reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
 TRAVEL, SEARCH, MEASURE, VARY = range(4)
-"""Kinds of passes: without a record; the same, for a search, which wants some half periods and what
-each has led to; with a record; the same, and how small displacements of the first state move the
-motion and its extrema."""
+"""Kinds of passes. TRAVEL has no record. SEARCH has none either, but stores the state after each of
+the half periods that a search wants. MEASURE has a record. VARY also shows how small displacements
+of the first state change the motion and its extrema."""
 
 
 class Pass(NamedTuple):
-    """The kind of a pass, how many half periods it takes, and the budget of steps of a point.
+    """The kind of a pass, its number of half periods, and the budget of steps of a point.
 
-    With 0 half periods each point goes through its own cycle, or what its search wants.
+    With 0 half periods each point goes through its cycle, or through those that its search wants.
     """
 
     mode: int
@@ -87,9 +88,9 @@ class Lanes(NamedTuple):
     """The complete state of the lanes between two calls of a kernel.
 
     `values` (slots*LANES,); `rows` (LANES,) the point in each lane, -1 if idle; `halves` (LANES,)
-    half periods of this pass; `queue` (n,) the points that wait for a lane; `ended` (2*LANES,)
-    those that ended in the last call. `counts` (LANE_COUNTS,): points WAITING, lanes BUSY, points
-    ENDED.
+    half periods of this pass; `queue` (n,) the points that wait for a lane; `ended` (2*LANES,) the
+    points that ended in the last call; `counts` (LANE_COUNTS,) of points WAITING, lanes BUSY and
+    points ENDED.
     """
 
     values: np.ndarray
@@ -103,7 +104,7 @@ class Lanes(NamedTuple):
 def new_lanes(width: int, most: int) -> Lanes:
     """Return idle lanes, for states of this many components, and a queue for `most` points."""
     return Lanes(
-        # Not compiled: that would take half a second for a single call.
+        # Compiling this function would take half a second for a single call.
         values=aligned.py_func((columns_begin(width) + room_of(width)) * LANES),
         rows=np.full(LANES, -1, np.int64),
         halves=np.zeros(LANES, np.int64),
@@ -115,9 +116,9 @@ def new_lanes(width: int, most: int) -> Lanes:
 
 @jit
 def _enough(lanes: Lanes) -> bool:
-    """Tell whether points that have ended should be judged before the others go on.
+    """Return whether the points that have ended should be judged before the others go on.
 
-    They are enough to fill all lanes, or half of the lanes wait for them.
+    Either they are enough to fill all lanes, or half of the lanes wait for them.
     """
     counts = lanes.counts
     idle = counts[WAITING] == 0 and 2 * counts[BUSY] <= LANES
@@ -126,7 +127,7 @@ def _enough(lanes: Lanes) -> bool:
 
 @jit
 def _next_row(lanes: Lanes, motions: Motions) -> int:
-    """Take out of the queue the point that has gone farthest: all wait for the longest search."""
+    """Take the point with the longest search out of the queue, since all wait for the longest."""
     queue, counts, farthest = lanes.queue, motions.counts, 0
     for i in range(1, lanes.counts[WAITING]):
         if counts[queue[i], HALVES] > counts[queue[farthest], HALVES]:
@@ -139,14 +140,14 @@ def _next_row(lanes: Lanes, motions: Motions) -> int:
 
 @jit
 def _park(lanes: Lanes, lane: int) -> None:
-    """Park an idle lane: with an infinite end and limit it raises no event."""
+    """Park an idle lane, which with an infinite end and limit raises no event."""
     put(lanes.values, SLOTS.end, lane, np.inf)
     put(lanes.values, SLOTS.limit, lane, np.inf)
 
 
 @jit
 def _store_ahead(lanes: Lanes, motions: Motions, lane: int) -> None:
-    """Store what a half period has led to, as `ahead_of` says, with all attempts of the pass."""
+    """Store the state after a half period as a row of `ahead`, with the attempts so far."""
     values, ahead, row, half = lanes.values, motions.ahead, lanes.rows[lane], lanes.halves[lane]
     width = motions.states.shape[1] - 1
     control, film = width + 1, width + 1 + CONTROL
@@ -162,7 +163,7 @@ def _store_ahead(lanes: Lanes, motions: Motions, lane: int) -> None:
 
 @jit
 def _close(lanes: Lanes, motions: Motions, lane: int, status: int, mode: int) -> None:
-    """Store the outcome of the point in a lane, which is idle then."""
+    """Store the outcome of the point in a lane, and free the lane."""
     row, values, width = lanes.rows[lane], lanes.values, motions.states.shape[1] - 1
     if mode == SEARCH and status != OK:
         _store_ahead(lanes, motions, lane)
@@ -185,7 +186,7 @@ def _close(lanes: Lanes, motions: Motions, lane: int, status: int, mode: int) ->
 
 
 def make_problems(family: Family) -> Any:
-    """Return the function (lanes, lane) that reads the Problem of a lane, for one family."""
+    """Return the function (lanes, lane) that reads the Problem of a lane of one family."""
     values_of: Any = model_of(family.physics).values(family.gamma, higher=family.higher)
 
     @inline
@@ -202,7 +203,7 @@ def make_problems(family: Family) -> Any:
 
 
 def _make_begin_half(width: int) -> Any:
-    """Return the function (values, lane, y) that puts a lane at phase 0 in a state."""
+    """Return the function (values, lane, y) that puts a lane into a state at phase 0."""
     put_state = lane_vectors(LANES, width).put
 
     @jit
@@ -218,7 +219,7 @@ def _make_load(
 ) -> Any:
     """Return the function that puts the next point of the queue into an idle lane, or parks it.
 
-    `streams` is the first slot of its stream of random numbers, 0 if there is none.
+    `streams` is the first slot of its stream of random numbers, or 0 without noise.
     """
     row_state, begin_half = state.of_row, _make_begin_half(width)
     reduced = len(Reduced._fields)
@@ -237,8 +238,8 @@ def _make_load(
             for slot in range(STREAM):
                 put(values, streams + slot, lane, motions.points[row, reduced + slot])
         begin_half(values, lane, row_state(motions.states[row]))
-        # Half a period is pi in the units of a point. Nothing of the previous point stays in the
-        # lane: a result must not depend, to its last bit, on the other points of a sweep.
+        # Half a period is pi in the units of a point. Nothing of the previous point may stay in the
+        # lane, since no bit of a result may depend on the other points of a sweep.
         put(values, SLOTS.end, lane, math.pi)
         put(values, SLOTS.step, lane, motions.states[row, motions.states.shape[1] - 1])
         put(values, SLOTS.grows, lane, motions.control[row, GROWS])
@@ -260,7 +261,7 @@ def _make_load(
 def _make_handle_event(
     state: StateFunctions, width: int, begin_record: Any, refine: Any, variations: Variations
 ) -> Any:
-    """Return the function that handles an event in a lane: it gives a status, or -1 to go on."""
+    """Return the function that handles an event in a lane and returns a status, or -1 to go on."""
     mirror_record = recording.record.mirror
     mirrored, get_state = state.mirrored, lane_vectors(LANES, width).get
     begin_half = _make_begin_half(width)
@@ -271,7 +272,7 @@ def _make_handle_event(
         values, row = lanes.values, lanes.rows[lane]
         begin_half(values, lane, mirrored(get_state(values, SLOTS.state, lane)))
         if task.mode >= MEASURE:
-            # The record turns with the frame: a maximum is the minimum of the mirror image.
+            # The record turns with the frame; a maximum is the minimum of the mirror image.
             mirror_record(values, lane)
             begin_record(values, lane, False)
         if task.mode == VARY:
@@ -289,7 +290,7 @@ def _make_handle_event(
     @jit
     def handle_event(lanes: Lanes, motions: Motions, task: Pass, lane: int) -> int:
         values = lanes.values
-        # First the inside of the step, then its end, which would begin a new half period.
+        # The inside of the step comes before its end, which would begin a new half period.
         if task.mode >= MEASURE and get(values, recording.PROMISING, lane) > 0.0:
             refine(values, lane, task.mode == VARY)
         if get(values, SLOTS.time, lane) >= get(values, SLOTS.end, lane):
@@ -303,7 +304,7 @@ def _make_handle_event(
 
 
 def _make_see(record: Any, carry: Any) -> Any:
-    """Return the function that looks at the last step of all lanes, as the kind of pass needs."""
+    """Return the function that evaluates the last step of all lanes for a kind of pass."""
 
     @jit
     def see(values: np.ndarray, mode: int) -> None:
@@ -323,7 +324,7 @@ def _no_kick(lanes: np.ndarray) -> None:
 
 
 def _make_noise(problems: Any, width: int, *, chance: bool) -> tuple[Any, int]:
-    """Return the function that adds random noise after a step, and its stream's slot (or 0)."""
+    """Return the function that adds random noise after a step, and the slot of its stream or 0."""
     if not chance:
         return _no_kick, 0
     from stickslip.kernels.adaptive.kicks import make_kick  # only stochastic films need it
@@ -332,13 +333,14 @@ def _make_noise(problems: Any, width: int, *, chance: bool) -> tuple[Any, int]:
 
 
 def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> Any:
-    """Return a pass, not yet a kernel, over problems that `problems(lanes, lane)` reads.
+    """Return the function of a pass over problems that `problems(lanes, lane)` reads.
 
-    With `two_solids` changes between a soft and a hard solid are counted.
+    With `two_solids` it counts changes between a soft and a hard solid.
 
     It maps (motions, more, lanes, task, attempts) to the number of motions that have not ended,
-    those in lanes and queue and `more` rows (m,): it works for that many attempts of all lanes
-    together, or until some have ended, and is to be called again until the number is 0.
+    among those in lanes and queue and in the rows `more` (m,). It works for this number of attempts
+    of all lanes together, or until some motions have ended, and must be called until the number is
+    0.
     """
     functions = problem_functions(physics)
     state = state_functions(model_of(physics).components)
@@ -366,9 +368,9 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
             if lanes.rows[lane] < 0:
                 load(lanes, motions, task, lane)
         counts[ENDED] = 0
-        goes_on = counts[BUSY] > 0  # asking the arrays before each attempt takes a fifth more time
+        goes_on = counts[BUSY] > 0  # reading the arrays before each attempt takes a fifth more time
         while goes_on and attempts > 0:
-            # First vector code for all lanes; then, one by one, the few lanes that raised an event.
+            # Vector code handles all lanes; then the few lanes with an event follow one by one.
             attempts -= 1
             attempt(lanes.values)
             see(lanes.values, task.mode)
@@ -387,7 +389,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
 
 @kernel_factory
 def pass_kernel(family: Family) -> Any:
-    """Return the kernel of a family of fluids, as `make_pass` describes it."""
+    """Return the kernel of the pass of `make_pass` for a family of fluids."""
     work = make_pass(make_problems(family), family.physics, two_solids=family.higher)
     return named_kernel(f"adaptive_pass[{family}]", work)
 
@@ -400,9 +402,9 @@ class InLanes:
         self._lanes = new_lanes(motions.width, len(motions.points))
 
     def go_on(self, more: np.ndarray) -> np.ndarray:
-        """Take motions along, and `more` rows; return those of some that have ended.
+        """Go on with the motions and `more` rows; return the rows of some that have ended.
 
-        None if all have. They are valid until the next call.
+        An empty array means that all have ended. It is valid until the next call.
         """
         ended, counts = self._lanes.ended, self._lanes.counts
         left = self._kernel(self._motions, more, self._lanes, self._task, WORK)
@@ -413,7 +415,7 @@ class InLanes:
         return ended[: counts[ENDED]]
 
     def finish(self, more: np.ndarray) -> None:
-        """Take all to the end."""
+        """Go on to the end of all motions."""
         while len(self.go_on(more)):
             more = more[:0]
 
@@ -423,7 +425,8 @@ def work_through(
 ) -> None:
     """Take the motions that are still ok through a pass at a tolerance.
 
-    As many half periods as its cycle has for each, or `halves` for all, in at most `max_steps`.
+    Each goes through the half periods of its cycle, or all go through `halves`, in at most
+    `max_steps`.
     """
     alive, task = np.flatnonzero(motions.counts[:, OUTCOME] == OK), Pass(mode, halves, max_steps)
     motions.rtols[alive], motions.control[alive] = rtol, fresh_control(len(alive))

@@ -1,7 +1,7 @@
 """Trajectories of a pulled block by the adaptive method, and their slips.
 
-A slip is a melting of the film. It ends a cycle, of which extremes and the mean force are kept: an
-equidistant sample misses the peak of a force that falls within microseconds.
+A slip is a melting of the film, which ends a cycle. The extremes and the mean force of a cycle are
+recorded, since equidistant samples miss the peak of a force that falls within microseconds.
 """
 
 from __future__ import annotations
@@ -18,16 +18,21 @@ from stickslip.compiled.decorators import (
     named_kernel,
 )
 from stickslip.compiled.elementary import exponentials
-from stickslip.compiled.fields import make_map, make_row_reader
+from stickslip.compiled.fields import make_row_reader, make_tuple_reader
 from stickslip.kernels.adaptive.recording import NODES, WEIGHTS, vertex
 from stickslip.kernels.parameter_rows import FIRST_STEP
-from stickslip.kernels.problem import Problem, ProblemFunctions, problem_functions, problem_of
+from stickslip.kernels.problem import (
+    Problem,
+    ProblemFunctions,
+    make_travel,
+    problem_functions,
+    problem_of,
+)
 from stickslip.model import drive, solids
 from stickslip.model.models import model_of
 from stickslip.model.state import FILM, State
-from stickslip.numerics.adaptive import OK, make_adaptive
+from stickslip.numerics.adaptive import OK
 from stickslip.numerics.linear import algebra
-from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import Physics, Settings
 
 _parameters_of = make_row_reader(drive.PulledParameters)
@@ -37,16 +42,16 @@ CYCLE = ("end", "least_x", "largest_x", "least_force", "largest_force", "force_t
 [N s]."""
 _END, _LEAST_X, _LARGEST_X, _LEAST_F, _LARGEST_F, _FORCE_TIME = range(len(CYCLE))
 
-# Halvings of a step to the melting within it: down to the last bit.
+# Halvings that locate a melting within a step to the last bit.
 _HALVINGS = 60
 
 
 class Seen(NamedTuple):
-    """What a trajectory has shown so far.
+    """The samples and cycles of a trajectory so far.
 
-    `samples` (n, columns) at the times j*spacing; `cycles` (m, columns) in the order of `CYCLE`,
-    the last of which is under way. `counts` holds the next sample, the number of finished cycles,
-    and whether the film has been solid in this one.
+    `samples` (n, columns) are at the times j*spacing. `cycles` (m, columns) are in the order of
+    `CYCLE`; the last one is unfinished. `counts` holds the next sample, the number of finished
+    cycles, and whether the film has been solid in the present cycle.
     """
 
     samples: np.ndarray
@@ -63,7 +68,7 @@ def _see_extremum(row: np.ndarray, lowest: int, value: float) -> None:
 
 @jit
 def begin_cycle(row: np.ndarray) -> None:
-    """Prepare a row (columns,) of cycles."""
+    """Prepare the row (columns,) of a new cycle."""
     row[_END], row[_FORCE_TIME] = np.nan, 0.0
     row[_LEAST_X], row[_LEAST_F] = np.inf, np.inf
     row[_LARGEST_X], row[_LARGEST_F] = -np.inf, -np.inf
@@ -72,7 +77,7 @@ def begin_cycle(row: np.ndarray) -> None:
 def _make_sample(physics: Physics, functions: ProblemFunctions) -> Any:
     """Return the function (problem, t, y, row) that writes a sample.
 
-    Its columns are (x, v, phi), then those of `trajectories.OBSERVABLES`.
+    Its columns are (x, v, phi) and `trajectories.OBSERVABLES`.
     """
     bound = model_of(physics).equations
     observables, rounded, strain = bound.observables, bound.law.rounded, bound.strain
@@ -91,7 +96,7 @@ def _make_sample(physics: Physics, functions: ProblemFunctions) -> Any:
 
 
 def _make_melting(functions: ProblemFunctions) -> Any:
-    """Return the function (solid, y0, y1, d1, d2) of the part of a step after which it melts."""
+    """Return the function (solid, y0, y1, d1, d2) of the part of a step before the film melts."""
     interpolate = algebra(functions.width).interpolate
 
     @jit
@@ -165,19 +170,19 @@ def _make_see_cycle(functions: ProblemFunctions) -> Any:
 
 @kernel_factory
 def pulled_trajectory(physics: Physics) -> Any:
-    """The kernel of the trajectory of a pulled block.
+    """Return the kernel of the trajectory of a pulled block.
 
     It maps (sections, ends, jumps, settings, start, spacing, samples, cycles, counts) to the Status
-    as an integer: `sections` (m, columns) in the order of `drive.PulledParameters`, each to the
-    time in `ends` (m,), and whether it begins with a jump of V in `jumps` (m,); `start` (width,)
-    the state (x, v, ln phi, ...); the others as in `Seen`. It ends early, with OK, where there is
-    no room for a further cycle.
+    as an integer. `sections` (m, columns) are in the order of `drive.PulledParameters`. Each lasts
+    until its time in `ends` (m,), and `jumps` (m,) says whether it begins with a jump of V. `start`
+    (width,) is the state (x, v, ln phi, ...); the other arrays are those of `Seen`. The kernel ends
+    early, with OK, when there is no room for another cycle.
     """
     functions = problem_functions(physics)
     width, relative_state = functions.width, functions.equations.relative_state
     interpolate = algebra(width).interpolate
     write_sample, see_cycle = _make_sample(physics, functions), _make_see_cycle(functions)
-    row_state = make_map(f"pulled_state[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
+    row_state = make_tuple_reader(width)
 
     @inline
     def observe(
@@ -185,21 +190,13 @@ def pulled_trajectory(physics: Physics) -> Any:
     ) -> None:
         counts = seen.counts
         while counts[0] < seen.samples.shape[0] and counts[0] * seen.spacing < t + h:
-            own = counts[0] * seen.spacing
-            y = interpolate((own - t) / h, y0, y1, d1, d2)
-            write_sample(problem, own, y, seen.samples[counts[0]])
+            time = counts[0] * seen.spacing
+            y = interpolate((time - t) / h, y0, y1, d1, d2)
+            write_sample(problem, time, y, seen.samples[counts[0]])
             counts[0] += 1
         see_cycle(problem, t, h, y0, y1, d1, d2, seen)
 
-    travel = make_adaptive(
-        functions.rhs,
-        functions.jacobian,
-        functions.error_weight,
-        observe,
-        RODAS4P2,
-        algebra(width),
-        limits=functions.step_limits,
-    )
+    travel = make_travel(functions, observe)
 
     def trajectory(
         sections: np.ndarray,
@@ -216,12 +213,12 @@ def pulled_trajectory(physics: Physics) -> Any:
         begin_cycle(cycles[0])
         p = _parameters_of(sections[0])
         problem = problem_of(p, settings.rtol)
-        period = drive.period(p)  # of the free block, in all sections
+        period = drive.period(p)  # of the free block, the same in all sections
         y, h, begin = relative_state(p, 0.0, row_state(start)), FIRST_STEP * period, 0.0
         steps, status = 0, OK
         for i in range(sections.shape[0]):
             q = _parameters_of(sections[i])
-            if jumps[i]:  # v goes on, V - v does not; the step before says nothing of the next
+            if jumps[i]:  # v is continuous, V - v is not; the last step is no guide to the next
                 y, h = relative_state(q, begin, relative_state(p, begin, y)), FIRST_STEP * period
             p, problem = q, problem_of(q, settings.rtol)
             left = settings.max_steps - steps

@@ -1,7 +1,7 @@
 """The record of an orbit in lanes: extrema, integrals and phases, half period by half period.
 
-A lane integrates half a drive period and is then mirrored, (x, u) -> (-x, -u), so that it is always
-at a phase between 0 and pi. Records are kept in the current, possibly mirrored, frame.
+A lane integrates half a drive period and is then mirrored, (x, u) -> (-x, -u), so that its phase is
+always between 0 and pi. Records are kept in the present frame, which may be the mirrored one.
 """
 
 from __future__ import annotations
@@ -34,27 +34,27 @@ from stickslip.numerics.adaptive_lanes import slots_for
 from stickslip.numerics.lane_array import lane_array, lane_vectors
 from stickslip.numerics.linear import algebra, larger
 
-# The parameters of a lane are followed by its record; then come stress, force and their rates at
-# the end of the last accepted step; a flag for a possible extremum inside the last attempted step;
-# and the lowest and highest ln(phi) at the ends of steps since the half period began.
+# The record of a lane follows its parameters. Then come stress, force and their rates at the end of
+# the last accepted step, a flag for a possible extremum inside the last attempted step, and the
+# lowest and highest ln(phi) at the ends of steps since the half period began.
 ROOM = len(Reduced._fields) + RECORD + 7
 """Slots of a lane in addition to those of its integration."""
 
 SLOTS = slots_for(0, ROOM)
-"""Slots of the numbers of a lane; those of vectors depend on their width."""
+"""Slots of the numbers of a lane; the slots of vectors depend on their width."""
 
 RECORD_BEGIN = SLOTS.parameters + len(Reduced._fields)
 
 
 def stream_begin(width: int) -> int:
-    """The first slot of the stream of random numbers of a lane, after all others."""
+    """Return the first slot of the stream of random numbers of a lane, after all others."""
     return slots_for(width, ROOM).total
 
 
 STRESS = RECORD_BEGIN + RECORD
 FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, LOWEST, HIGHEST = range(STRESS + 1, STRESS + 7)
 
-# Nodes at which a step is evaluated, and the weights of Lobatto's quadrature, of order 6.
+# Nodes at which a step is evaluated, and weights of the Lobatto quadrature of order 6.
 _INNER = 0.5 * math.sqrt(0.2)
 NODES = (0.0, 0.5 - _INNER, 0.5 + _INNER, 1.0)
 _PARTS = (NODES[1] - NODES[0], NODES[2] - NODES[1], NODES[3] - NODES[2])
@@ -103,14 +103,14 @@ def step_reader(width: int) -> Any:
 def _promising(
     lanes: np.ndarray, lane: int, slot: int, values: Values, rates: tuple[float, float]
 ) -> bool:
-    """Tell whether to look between the nodes: the observable turns and could exceed the record.
+    """Return whether the observable turns between the nodes and could exceed the record there.
 
-    `values` at the nodes; `rates` at the ends.
+    `values` are at the nodes, `rates` at the ends.
     """
     begin, first, second, end = values
     high = get(lanes, RECORD_BEGIN + slot, lane)
     low = get(lanes, RECORD_BEGIN + slot + 1, lane)
-    # Between the nodes a curve is assumed to overshoot no farther than it rose and fell at them.
+    # We assume that between the nodes a curve overshoots no farther than it rose and fell at them.
     top, bottom = larger(larger(first, second), end), -larger(larger(-first, -second), -end)
     rise0, rise1, rise2 = first - begin, second - first, end - second
     # `|` and `&` evaluate both sides; `or` and `and` would branch.
@@ -120,7 +120,7 @@ def _promising(
 
 
 Node = tuple[State, float, float, float]
-"""A step at a node: the state, phi, stress and force."""
+"""The state, phi, stress and force at a node of a step."""
 
 
 def make_moment(equations: Equations) -> Any:
@@ -209,13 +209,13 @@ def begin_following(lanes: np.ndarray, lane: int) -> None:
 
 @inline
 def vertex(x0: float, x1: float, x2: float, y0: float, y1: float, y2: float) -> float:
-    """Abscissa of the vertex of a parabola through three points; NaN or inf for a straight line."""
+    """Abscissa of the vertex of a parabola through three points; NaN or inf on a straight line."""
     left, right = (y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)
     return 0.5 * (x0 + x1) - 0.5 * left * (x2 - x0) / (right - left)
 
 
 def make_node(functions: ProblemFunctions) -> Any:
-    """Return the function (problem, step, theta) that gives a Node of a step."""
+    """Return the function (problem, step, theta) that makes a Node of a step."""
     observables, interpolate = functions.equations.observables, algebra(functions.width).interpolate
 
     @inline
@@ -234,7 +234,7 @@ def make_see(
     *,
     two_solids: bool,
 ) -> Any:
-    """Return the function (lanes) that records the last step of every lane where it was accepted.
+    """Return the function (lanes) that records the last step of every lane if it was accepted.
 
     `problems(lanes, lane)` is the problem of a lane.
     """
@@ -245,7 +245,7 @@ def make_see(
 
     @inline
     def lane_see(lane: int, lanes: np.ndarray) -> None:
-        # A rejected step is evaluated like any other, and its values are dropped: no branches.
+        # To avoid branches a rejected step is evaluated like any other, and its values are dropped.
         problem, step = problems(lanes, lane), step_of(lanes, lane)
         accepted = get(lanes, SLOTS.accepted, lane) > 0.0
         ya, phia, sigmaa, Fa = node(problem, step, NODES[1])
@@ -261,13 +261,13 @@ def make_see(
         inside = inside & accepted
         _see_extremum(lanes, lane, STRESS_MAX, sigma1, accepted)
         _see_extremum(lanes, lane, FORCE_MAX, F1, accepted)
-        # Looking inside takes further steps, and few lanes need it: an event, outside the vectors.
+        # A look inside takes more steps, and few lanes need it, so it is an event for scalar code.
         put(lanes, PROMISING, lane, 1.0 if inside else 0.0)
         put(lanes, SLOTS.event, lane, 1.0 if inside else get(lanes, SLOTS.event, lane))
         solid = problem.phases.solid
         melted = solids.MELTED_PART * solid
         phi1 = exponentials(step.y1[2])[0]
-        # An interval between nodes counts for the phase at its end, so that none counts twice.
+        # An interval between nodes belongs to the phase at its end, so that none counts twice.
         dta, dtb, dt1 = (_PARTS[0] * step.used, _PARTS[1] * step.used, _PARTS[2] * step.used)
         _see_phase(lanes, lane, phia, solid, melted, dta, accepted)
         _see_phase(lanes, lane, phib, solid, melted, dtb, accepted)
@@ -278,7 +278,7 @@ def make_see(
         begin = (step.y0, exponentials(step.y0[2])[0], sigma0, F0)
         nodes = (begin, (ya, phia, sigmaa, Fa), (yb, phib, sigmab, Fb), (step.y1, phi1, sigma1, F1))
         see_work(lanes, lane, problem, step, nodes, accepted)
-        # The end of this step is the start of the next: the law is evaluated once for both.
+        # The end of this step is the start of the next, so the law is evaluated once for both.
         put(lanes, STRESS, lane, sigma1 if accepted else sigma0)
         put(lanes, FORCE, lane, F1 if accepted else F0)
         put(lanes, _STRESS_RATE, lane, sigma_rate1 if accepted else sigma_rate0)
@@ -294,7 +294,7 @@ def make_see(
 def make_begin(problems: Callable[..., Problem], functions: ProblemFunctions) -> Any:
     """Return the function (lanes, lane, fresh) that prepares a lane to measure half a period.
 
-    If `fresh`, with a new record.
+    With `fresh` it begins a new record.
     """
     observables_and_rates, clear = functions.equations.observables_and_rates, record.clear
     get_state = lane_vectors(LANES, functions.width).get
@@ -317,9 +317,9 @@ def make_refine(
 ) -> Any:
     """Return the function (lanes, lane, sloped) that searches for extrema in a promising step.
 
-    It locates them on the continuous extension and gets there with `shorter_step`, the step of the
-    method: the extension is of lower order, and a force can be steep inside it. If `sloped`,
-    `note(lanes, lane, y, values)` is told what was found in a state of it.
+    It locates them on the continuous extension and then goes there with `shorter_step`, the step of
+    the method, because the extension is of lower order and a force can be steep. With `sloped`,
+    `note(lanes, lane, y, values)` gets the state and the values found there.
     """
     node, observables = make_node(functions), functions.equations.observables
     rhs, jacobian, step_of = functions.rhs, functions.jacobian, step_reader(functions.width)
@@ -331,7 +331,7 @@ def make_refine(
         y = shorter_step(problem, step.t, step.y0, theta * step.used, f, J)[0]
         phi, _ = exponentials(y[2])
         sigma, F = observables(problem.p, y, phi, problem.u_s)
-        # No error control has chosen this length: if the step overflows, it is ignored.
+        # No error control has chosen this length, and a step that overflows is ignored.
         finite = math.isfinite(sigma) and math.isfinite(F)
         _see_extremum(lanes, lane, STRESS_MAX, sigma, finite)
         _see_extremum(lanes, lane, FORCE_MAX, F, finite)

@@ -1,4 +1,4 @@
-"""Result rows of orbits that were settled and measured, with error estimates."""
+"""Result rows of settled and measured orbits, with error estimates."""
 
 from __future__ import annotations
 
@@ -47,53 +47,53 @@ from stickslip.numerics.adaptive import OK
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
-# The error estimate: fractions, for a tolerance cut to a tenth, of the difference of the two
-# measurements and of the shift of the orbit; a larger one of the latter if a liquid film crosses a
-# cusp of the law at full speed. And the smallest error that is believed, in tolerances, since two
-# measurements may agree by accident: largest where a film melts, at a time that one step more or
-# less changes, or is near its strength; smallest where the equations are smooth
+# The error estimate contains these fractions, for a tolerance cut to a tenth, of the difference of
+# the two measurements and of the shift of the orbit. The second fraction is larger if a liquid film
+# crosses a cusp of the law at full speed. Two measurements may agree by accident, so there is also
+# a smallest credible error, in tolerances. It is largest if a film melts, at a time that one step
+# more or less changes, or is near its strength; it is smallest if the equations are smooth
 # (docs/decisions/amplitude-error.md).
 _DIFFERENCE_PART = 0.15
 _SHIFT_PART, _SHIFT_PART_PAST_CUSPS = 0.15, 0.5
 _LEAST, _LEAST_AT_CUSP, _LEAST_PAST_CUSPS, _LEAST_OF_FRONTS = 0.0025, 0.01, 0.015, 0.03
 
-# The same of integrals: the difference, and the smallest error, relative to the integral. The loss
-# needs more than amplitudes, since steps are fitted to the motion, not to the slip by which a
-# locked block loses energy: least where a film melts, more if it is liquid and its law has a cusp,
-# most elsewhere. Integrals of the motion itself need less (docs/decisions/work.md).
+# The same numbers for integrals, with the smallest error relative to the integral. The loss needs
+# more than amplitudes, because the steps are fitted to the motion and not to the slip by which a
+# locked block loses energy: least if a film melts, more if it is liquid and its law has a cusp, and
+# most otherwise. Integrals of the motion need less (docs/decisions/work.md).
 _DIFFERENCE_PART_OF_INTEGRALS = 1.0
 _LEAST_OF_MELTING, _LEAST_OF_SLIDING, _LEAST_OF_OTHERS = 0.05, 0.1, 0.2
 _LEAST_OF_MOTION = 0.02
 
-# A slip that the rounding of a cusp decides can be too large by this many differences, since it
-# goes as a power of the width that may be small; but not by more than it is.
+# If the rounding of a cusp determines a slip, the slip may be too large by this many differences,
+# since it is a power of the width, with an exponent that may be small. It cannot be too large by
+# more than itself.
 _ROUNDED_PART = 4.0
 
 # At least this fraction of the smallest error counts even if the amplitudes hardly depend on the
-# position: they do not depend on it alone.
+# position, since they depend on other variables too.
 _WELL_CONDITIONED = 0.5
 
-# Above this fraction of a phi_plus^2 eps_c0 a stress is near the strength, which is 0.4 of that.
+# Above this fraction of a phi_plus^2 eps_c0 a stress is near the strength, which is 0.4 times it.
 _NEAR_STRENGTH = 0.25
 
-# Measurements that differ by more tolerances than this do not begin on the same orbit.
+# Measurements that differ by more than this many tolerances did not begin on the same orbit.
 _APART = 0.3
 
-# The error if the slopes that it is estimated from are unknown.
+# The error if the slopes for its estimate are unknown.
 _UNKNOWN = 1.0
 
 
 class Orbits(NamedTuple):
     """Properties of n settled orbits other than their finer measurement.
 
-    `begins` (n, width + 1) states on them, in their own units; `coarse` (n, RECORD) at the coarser
-    tolerance; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units; `multipliers`
-    (n,); `slopes` (n, SENSITIVE, width), derivatives of extrema and integrals with respect to the
-    first state;
-    `missed` (n, width), by how much the finer cycle fails to close, weighted as in the test of
-    repetition; `offsets` (n, width) of the state from the orbit, NaN if it left the orbit, and
-    `shifts` (n, width) of the orbit between the two tolerances, both a cycle later, when fast
-    transients have decayed.
+    `begins` (n, width + 1) are states on the orbits, in their own units; `coarse` (n, RECORD) is
+    the measurement at the coarser tolerance; `symmetric` (n,); `spreads` (n, 2) of stress and force
+    in SI units; `multipliers` (n,); `slopes` (n, SENSITIVE, width) are derivatives of extrema and
+    integrals with respect to the first state. `missed` (n, width) is the failure of the finer cycle
+    to close, weighted as in the test of repetition. `offsets` (n, width) of the state from the
+    orbit are NaN if it left the orbit; `shifts` (n, width) are those of the orbit between the two
+    tolerances. Both are a cycle later, when fast transients have decayed.
     """
 
     begins: np.ndarray
@@ -120,16 +120,16 @@ def _error_of_displacement(
 ) -> float:
     """Error of the amplitudes due to this displacement (width,) of the first state.
 
-    Infinite if that or the slopes are unknown: `max` would drop a NaN. `measured` (RECORD,) as in
-    the lanes, and `record` (RECORD,) of the whole orbit. The `changes` (INTEGRALS,) of its
-    integrals are output.
+    It is infinite if the displacement or the slopes are unknown, since `max` would drop a NaN.
+    `measured` (RECORD,) is as in the lanes, `record` (RECORD,) of the whole orbit. The `changes`
+    (INTEGRALS,) of its integrals are output.
     """
     away, moved, total = measured.copy(), np.empty(RECORD), 0.0
     for k in range(len(SENSITIVE)):
         change = 0.0
         for component in range(len(displacement)):
             change += abs(slopes[k, component] * displacement[component])
-        # Maxima and minima alternate; both move outwards, so that no errors cancel.
+        # Maxima and minima alternate. Both move outwards, so that no errors cancel.
         away[SENSITIVE[k]] += -change if k < len(EXTREMA) and k % 2 == 1 else change
         total += change
     changes[:] = math.inf
@@ -143,7 +143,7 @@ def _error_of_displacement(
 
 @inline
 def _near_strength(p: Parameters, record: np.ndarray) -> bool:
-    """Tell whether the stress comes near the strength of the film."""
+    """Return whether the stress comes near the strength of the film."""
     stress = max(record[STRESS_MAX], -record[STRESS_MIN])
     stiffest = film.shear_modulus(p, solids.largest_order_parameter(p)) * solids.melting_strain(p)
     return stress > _NEAR_STRENGTH * stiffest
@@ -151,7 +151,7 @@ def _near_strength(p: Parameters, record: np.ndarray) -> bool:
 
 @jit
 def _parts_of_error(p: Parameters, record: np.ndarray, cusped: bool) -> tuple[float, float]:
-    """The fraction of the shift between the tolerances that counts, and the smallest error."""
+    """Fraction of the shift between the tolerances that counts, and the smallest error."""
     liquid = record[PHI_MAX] < solids.solid_threshold(p)
     if record[MELTINGS] > 0.0 or (not liquid and _near_strength(p, record)):
         return _SHIFT_PART, _LEAST_OF_FRONTS
@@ -162,7 +162,7 @@ def _parts_of_error(p: Parameters, record: np.ndarray, cusped: bool) -> tuple[fl
 
 @inline
 def _least_of_loss(p: Parameters, record: np.ndarray, cusped: bool) -> float:
-    """The smallest error of the loss, in tolerances."""
+    """Smallest error of the loss, in tolerances."""
     if record[MELTINGS] > 0.0:
         return _LEAST_OF_MELTING
     liquid = record[PHI_MAX] < solids.solid_threshold(p)
@@ -171,7 +171,7 @@ def _least_of_loss(p: Parameters, record: np.ndarray, cusped: bool) -> float:
 
 @inline
 def _is_rounded(p: Parameters, record: np.ndarray, cycle: int, rtol: float) -> bool:
-    """Tell whether the mean slip is below the speed at which a cusp of the law is rounded."""
+    """Return whether the mean slip is below the speed at which a cusp of the law is rounded."""
     duration = halves_of(cycle) * (math.pi / p.angular_frequency)
     force = 0.5 * (record[FORCE_MAX] - record[FORCE_MIN])
     return record[LOSS] < force * duration * rounding_speed(p, rtol)
@@ -189,8 +189,8 @@ def _write_uncertainties(
 ) -> None:
     """Write the errors of the integrals of a `record` (RECORD,) into their slots of `target`.
 
-    `other` (RECORD,) is the coarser record; `changes` (3, INTEGRALS) are those with a tolerance in
-    the position, with the part of the shift of the orbit that counts, and with the offset from it.
+    `other` (RECORD,) is the coarser record. `changes` (3, INTEGRALS) are due to a tolerance in the
+    position, to the part of the orbit's shift that counts, and to the offset from the orbit.
     """
     for k in range(len(INTEGRALS)):
         slot = INTEGRALS[k]
@@ -207,23 +207,23 @@ def _write_uncertainties(
 class RowKernels(NamedTuple):
     """The kernels of a model; `points` (n, parameters) in SI units.
 
-    `longer` are the points `lengthened`. The `motions` are those after the finer measurement of the
-    `orbits`, `rtol` the coarser tolerance.
+    `longer` are the points `lengthened`, `motions` the state after the finer measurement of the
+    `orbits`, and `rtol` is the coarser tolerance.
     """
 
     write_off_the_orbit: Any
     """(points, longer, motions, orbits, rtol, off): write which measurements (n,) began too far off
-    the orbit: by the change of the extrema with the offset or, if no melting blurs them, by the
-    difference of the two measurements."""
+    the orbit. The criteria are the change of the extrema with the offset and, if no melting blurs
+    it, the difference of the two measurements."""
 
     write_errors: Any
     """(points, longer, motions, orbits, rtol, records, errors, uncertainties): write the records
-    (n, RECORD) of whole orbits in SI units, the errors (n,) of their amplitudes, and those of their
-    integrals, (n, RECORD)."""
+    (n, RECORD) of whole orbits in SI units, the errors (n,) of their amplitudes, and the errors
+    (n, RECORD) of their integrals."""
 
 
 def row_kernels(physics: Physics) -> RowKernels:
-    """Return the kernels of these physics, the same for typical and stochastic noise."""
+    """Return the kernels of these physics, which typical and stochastic noise share."""
     return _row_kernels(physics.typical)
 
 
@@ -244,17 +244,14 @@ def _row_kernels(physics: Physics) -> RowKernels:
         record, other, changes = np.empty(RECORD), np.empty(RECORD), np.empty(len(INTEGRALS))
         for i in range(points.shape[0]):
             if motions.counts[i, OUTCOME] == OK:
-                p, cycle, fine = (
-                    parameters_of(points[i]),
-                    motions.counts[i, CYCLE],
-                    motions.measured[i],
-                )
+                p, cycle = parameters_of(points[i]), motions.counts[i, CYCLE]
+                fine = motions.measured[i]
                 own = own_units(parameters_of(longer[i]))
                 write_whole_orbit(fine, own, cycle, record)
                 write_whole_orbit(orbits.coarse[i], own, cycle, other)
                 slopes, offset = orbits.slopes[i], orbits.offsets[i]
                 error = _error_of_displacement(p, fine, record, slopes, offset, own, cycle, changes)
-                # The time of a melting depends on the steps: it blurs the difference.
+                # The time of a melting depends on the steps, which blurs the difference.
                 solid = record[MELTINGS] == 0.0
                 differ = solid and relative_difference(p, other, record) > _APART * rtol
                 off[i] = differ or error > rtol
@@ -281,8 +278,8 @@ def _row_kernels(physics: Physics) -> RowKernels:
             shift_part, least = _parts_of_error(p, record, cusped)
             fine, slopes = motions.measured[i], orbits.slopes[i]
             error = _DIFFERENCE_PART * relative_difference(p, other, record)
-            # The smallest error as one of the position: near resonance it changes the force by
-            # hundreds of times as much.
+            # The smallest error is an error of the position, which near resonance changes the force
+            # by hundreds of times as much.
             astray[:] = 0.0
             astray[0] = least * rtol
             lost = _error_of_displacement(p, fine, record, slopes, astray, own, cycle, changes[0])
@@ -317,10 +314,10 @@ def measured_of(
     rtol: float,
     physics: Physics,
 ) -> Measured:
-    """Return what the result rows of points are made of, settled and measured twice or not.
+    """Return the contents of the result rows of points, whether they settled or not.
 
     `begins` and `ends` (n, width + 1) are the states (x, v, psi, ...) before and after the finer
-    measurement, in SI units; the others as in `RowKernels`.
+    measurement, in SI units; the other arguments are as in `RowKernels`.
     """
     n, halves, cycles = len(points), motions.counts[:, HALVES], motions.counts[:, CYCLE]
     statuses, errors = motions.counts[:, OUTCOME], np.zeros(n)

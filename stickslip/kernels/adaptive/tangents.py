@@ -1,8 +1,8 @@
-"""Separation of neighbouring motions: Floquet multipliers of orbits, and growth.
+"""The separation of neighbouring motions: Floquet multipliers of orbits, and growth.
 
 The map of small displacements over a cycle comes from the variational equations, which a measuring
-pass solves along the way (`variations.py`). Growth over many periods comes from a displaced copy,
-integrated with the same tolerance and first step, so that most errors are common to both.
+pass solves as well (`variations.py`). Growth over many periods comes from a displaced copy with the
+same tolerance and first step, so that most errors are common to both.
 """
 
 from __future__ import annotations
@@ -21,31 +21,22 @@ from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import spectral_radii
 from stickslip.options import Physics
 
-# Budget of steps of a motion: beyond it the multiplier stays unknown.
+# Budget of steps of a motion, beyond which the multiplier stays unknown.
 _MAX_STEPS = 20_000_000
 
-# Half periods over which the tolerance of the points does not blur a multiplier; and the tolerances
-# for longer cycles, and in turn for results above 1, which no attracting orbit has.
+# Half periods over which the tolerance of the points does not blur a multiplier. The tolerances are
+# for longer cycles, and then for results above 1, which no attracting orbit has.
 _SHORT = 2
 _TIGHT = (1e-8, 1e-10)
 
 # A symmetric orbit comes at least this close to its mirror image.
 _MIRROR_IMAGE = 1e-4
 
-
 Components = tuple[Component, ...]
 
 
 def _weights(components: Components) -> np.ndarray:
     return np.array([component.weight for component in components])
-
-
-def _displacements(rtol: float, components: Components) -> np.ndarray:
-    """Displacements (width,) of copies, in units of the point: a compromise of curvature and noise.
-
-    That of the film is the largest, because ln(phi), which swings by hundreds, is the noisiest.
-    """
-    return np.sqrt(rtol) / np.maximum(_weights(components), LEAST_WEIGHT)
 
 
 def floored(states: np.ndarray, components: Components) -> np.ndarray:
@@ -62,12 +53,14 @@ def weighted(differences: np.ndarray, components: Components) -> np.ndarray:
 def travelled(
     points: np.ndarray, states: np.ndarray, cycles: np.ndarray, rtol: float, physics: Physics
 ) -> np.ndarray:
-    """Return motions after so many half periods, (n, width); NaN for those that failed.
+    """Return the states (n, width) of motions after `cycles` (n,) half periods; NaN if they failed.
 
-    `points` (n, reduced parameters), `states` (n, width + 1), `cycles` (n,); mirrored as in lanes.
+    `points` (n, reduced parameters), `states` (n, width + 1); mirrored as in lanes.
     """
     motions = _run(points, states, cycles, TRAVEL, rtol, physics)
-    return _images(motions, model_of(physics).components)
+    ends = floored(motions.states, model_of(physics).components)
+    ends[motions.counts[:, OUTCOME] != OK] = np.nan
+    return ends
 
 
 def _run(
@@ -84,19 +77,12 @@ def _run(
     return motions
 
 
-def _images(motions: Motions, components: Components) -> np.ndarray:
-    """The states of motions, (n, width); NaN for those that failed."""
-    ends = floored(motions.states, components)
-    ends[motions.counts[:, OUTCOME] != OK] = np.nan
-    return ends
-
-
 class Neighbours(NamedTuple):
     """Results from neighbours of n settled orbits, in the points' own units; NaN if unknown.
 
-    Moduli of the largest Floquet `multipliers` (n,); the `maps` (n, width, width) of small
-    displacements over the cycle, mirrored as in the lanes; the `slopes` (n, SENSITIVE, width) of
-    the extrema and integrals measured on it.
+    `multipliers` (n,) are the moduli of the largest Floquet multipliers. `maps` (n, width, width)
+    describe small displacements over the cycle, mirrored as in the lanes. `slopes` (n, SENSITIVE,
+    width) belong to the extrema and integrals of the cycle.
     """
 
     multipliers: np.ndarray
@@ -109,13 +95,13 @@ def neighbours_of(
 ) -> Neighbours:
     """Return the results of a VARY pass from states `begins` (n, width + 1) on settled orbits.
 
-    `motions` are those after the pass, at the tolerance `rtol`. A cycle of an odd number of half
-    periods is half an orbit.
+    `motions` are in the state after the pass, with the tolerance `rtol`. A cycle of an odd number
+    of half periods is half an orbit.
     """
     cycles, components = motions.counts[:, CYCLE], model_of(physics).components
     maps, slopes = _linear_maps(motions, components)
     largest = spectral_radii(maps)
-    largest[cycles > _SHORT] = np.inf  # until measured at a tight tolerance
+    largest[cycles > _SHORT] = np.inf  # until it is measured at a tight tolerance
     largest[np.isnan(maps[:, 0, 0])] = np.nan
     for tight in _TIGHT:
         rows, tolerance = np.flatnonzero(largest > 1.0), min(rtol, tight)
@@ -129,12 +115,12 @@ def neighbours_of(
 def _linear_maps(motions: Motions, components: Components) -> tuple[np.ndarray, np.ndarray]:
     """Return the maps (n, width, width) of small displacements, and `Neighbours.slopes`.
 
-    `motions` are those after a VARY pass; NaN where a motion failed.
+    `motions` are in the state after a VARY pass; the result is NaN if a motion failed.
     """
     n, width = len(motions.states), len(components)
     maps = motions.varied[:, : width * width].reshape(n, width, width).transpose(0, 2, 1).copy()
     slopes = motions.varied[:, width * width :].reshape(n, len(SENSITIVE), width).copy()
-    # Below the floor of a component all its values count as one.
+    # All values below the floor of a component count as equal.
     floors = np.array([component.floor for component in components])
     maps[motions.states[:, :width] <= floors] = 0.0
     failed = motions.counts[:, OUTCOME] != OK
@@ -145,9 +131,9 @@ def _linear_maps(motions: Motions, components: Components) -> tuple[np.ndarray, 
 def symmetric(
     motions: Motions, begins: np.ndarray, stationary_rtol: float, rtol: float, physics: Physics
 ) -> np.ndarray:
-    """Tell which of the settled orbits (n,) are their own mirror images half a drive period later.
+    """Return which settled orbits (n,) equal their mirror images half a drive period later.
 
-    `motions` hold their cycles; `begins` (n, width + 1) are states on them.
+    `motions` hold their cycles, and `begins` (n, width + 1) are states on them.
     """
     cycles = motions.counts[:, CYCLE]
     rows = np.flatnonzero((motions.counts[:, OUTCOME] == OK) & (cycles == 2))
@@ -163,27 +149,29 @@ def symmetric(
 
 
 class Tangents:
-    """Tangent vectors of n motions, carried along by slightly displaced copies.
+    """Tangent vectors of n motions, as slightly displaced copies.
 
-    `rtol` is the tolerance of the integration, `components` are those of the states.
+    `rtol` is the tolerance of the integration; states have these `components`.
     """
 
     def __init__(self, count: int, rtol: float, components: Components) -> None:
-        width = len(components)
-        self._components, self._sizes = components, _displacements(rtol, components)
+        width, self._components = len(components), components
+        # The size, in units of the point, is a compromise between curvature and noise. The copy of
+        # the film is displaced most, because ln(phi), which swings by hundreds, is the noisiest.
+        self._sizes = np.sqrt(rtol) / np.maximum(_weights(components), LEAST_WEIGHT)
         self._directions = np.full((count, width), width**-0.5)
 
     def displaced(self, states: np.ndarray) -> np.ndarray:
-        """Return displaced copies (n, width + 1) of motions in these states."""
+        """Return displaced copies (n, width + 1) of these states of the motions."""
         copies = states.copy()
         copies[:, :-1] += self._sizes * self._directions
         return copies
 
     def carried(self, states: np.ndarray, copies: np.ndarray) -> np.ndarray:
-        """Return the logarithms (n,) of the growth up to these states of motions and copies."""
+        """Return the logarithms (n,) of the growth, from the new states of motions and copies."""
         apart = floored(copies, self._components) - floored(states, self._components)
         moved = apart / self._sizes
-        # The same order of summation for any number of motions, unlike `np.linalg.norm`.
+        # Unlike `np.linalg.norm` this has the same order of summation for any number of motions.
         growth = np.sqrt(np.cumsum(np.square(moved), axis=1)[:, -1])
         self._directions = moved / np.where(growth > 0.0, growth, 1.0)[:, None]
         return np.asarray(np.log(np.maximum(growth, np.finfo(float).tiny)))

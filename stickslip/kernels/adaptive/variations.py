@@ -1,14 +1,14 @@
-"""Small displacements of the first state of a measured motion, carried along with it in its lane.
+"""Small displacements of the first state of a measured motion, integrated with it in its lane.
 
-Each component of the state has a column: how the current state changes with that component of the
-first one. Together they are the map of small displacements over the cycle, whose largest eigenvalue
-is the Floquet multiplier. The slopes of an extremum are its changes with the first state, from the
-columns where it is found: that it also moves in time does not matter to first order. Those of an
-integral are integrals of how its integrand changes with the columns.
+Each component of the state has a column, the derivative of the present state with respect to that
+component of the first one. Together the columns are the map of small displacements over the cycle,
+whose largest eigenvalue is the Floquet multiplier. The slopes of an extremum, its derivatives with
+respect to the first state, come from the columns at its place; its shift in time does not matter to
+first order. The slopes of an integral are integrals of the derivatives of its integrand.
 
-Columns are of displacements however small, but observables are compared at a distance: the slope of
-friction where a film locks a block holds for so small a displacement that it says nothing about the
-force.
+The columns describe infinitesimal displacements, but the observables are compared over a finite
+distance. If a film locks a block, the slope of friction holds only for such small displacements
+that it says nothing about the force.
 """
 
 from __future__ import annotations
@@ -54,25 +54,25 @@ from stickslip.numerics.lane_array import lane_vectors
 from stickslip.numerics.linear import Vector, algebra, larger
 from stickslip.numerics.variational import NODES, make_variational_step, shift_of
 
-# A step is near the cusp at u = 0 if u changes by more than this fraction of itself; and u moves at
-# a speed of its own if its rates at both ends agree with its change up to this factor.
+# A step is near the cusp at u = 0 if u changes by more than this part of itself. The motion of u is
+# genuine if its rates at both ends agree with its change up to this factor.
 _NEAR, _UNLIKE = 0.2, 10.0
 
-# The square of a rate, in units of the drive's, above which a motion is fast.
+# The square of a rate, in units of the drive's rate, above which a motion is fast.
 _FAST = 10.0
 
 LEAST_WEIGHT = 0.01
-"""A displacement is larger in components with a small weight, but not so large that the film melts
-or freezes: as if the weight were at least this."""
+"""The smallest weight of a component that counts. A displacement is larger if the weight is small,
+but must not be so large that the film melts or freezes."""
 
 
 def columns_begin(width: int) -> int:
-    """The first slot of the columns of a lane; the slopes follow."""
+    """Return the first slot of the columns of a lane; the slopes follow."""
     return stream_begin(width) + STREAM
 
 
 def room_of(width: int) -> int:
-    """Number of slots: columns, slopes, and the last changes of integrands."""
+    """Return the number of slots for columns, slopes, and the last changes of integrands."""
     return (width + len(SENSITIVE) + len(INTEGRALS)) * width
 
 
@@ -80,18 +80,18 @@ class Variations(NamedTuple):
     """Compiled operations on the columns and slopes of a lane."""
 
     begin: Callable[..., None]
-    """(lanes, lane): the displacements of the first state itself, after its record has begun."""
+    """(lanes, lane): set the columns of the first state, after its record has begun."""
 
     carry: Callable[..., None]
-    """(lanes): take them over the last step of every lane where it was accepted."""
+    """(lanes): integrate the columns over the last step of every lane if it was accepted."""
 
     note: Callable[..., None]
-    """(lanes, lane, y, values): note the slopes of stress and force, whose `values` in a state `y`
-    inside the last step were found, where they are the extrema. The columns are those at its end:
-    what a stiff film forgets it has forgotten by then."""
+    """(lanes, lane, y, values): store the slopes of stress and force if their `values` in a state
+    `y` inside the last step are the extrema. The columns are taken at the end of the step, where
+    the fast transients of a stiff film have decayed."""
 
     mirror: Callable[..., None]
-    """(lanes, lane): go over to the mirror image of the motion."""
+    """(lanes, lane): change to the mirror image of the motion."""
 
     store: Callable[..., None]
     """(lanes, lane, row): write columns and slopes into a row."""
@@ -182,7 +182,7 @@ def _make_store(width: int, first: int, slopes: int) -> Any:
 def _extrema(
     lanes: np.ndarray, lane: int, values: tuple[float, float], accepted: bool
 ) -> tuple[bool, bool, bool, bool]:
-    """Tell which extrema of the record are these values of stress and force, just recorded."""
+    """Return which extrema of the record equal these values of stress and force, just recorded."""
     sigma, F = values
     return (
         accepted & (get(lanes, RECORD_BEGIN + STRESS_MAX, lane) == sigma),
@@ -193,7 +193,7 @@ def _extrema(
 
 
 class Aside(NamedTuple):
-    """Nodes displaced by a column to both sides, and the inverse of their distance along it."""
+    """Nodes displaced by a column to both sides, and the inverse of the distance between them."""
 
     above: Node
     below: Node
@@ -201,9 +201,9 @@ class Aside(NamedTuple):
 
 
 def _make_aside(functions: ProblemFunctions) -> Any:
-    """Return the inline function (lanes, lane, reach, problem, y, column) that gives an Aside.
+    """Return the inline function (lanes, lane, reach, problem, y, column) that makes an Aside.
 
-    `reach` times the root of the tolerance is how far aside, at most.
+    The largest displacement is `reach` times the root of the tolerance.
     """
     add, observables = algebra(functions.width).add, functions.equations.observables
 
@@ -218,7 +218,7 @@ def _make_aside(functions: ProblemFunctions) -> Any:
         lanes: np.ndarray, lane: int, reach: float, problem: Problem, y: Vector, column: Vector
     ) -> Aside:
         size = math.sqrt(get(lanes, SLOTS.rtol, lane)) * reach
-        # Where the column says that the film freezes earlier or later, it is not so far from there.
+        # The displacement is smaller if the column means that the film freezes earlier or later.
         size /= 1.0 + size * abs(column[FILM])
         above, below = node(problem, add(y, size, column)), node(problem, add(y, -size, column))
         return Aside(above, below, 0.5 / size)
@@ -227,12 +227,13 @@ def _make_aside(functions: ProblemFunctions) -> Any:
 
 
 def _make_across(components: tuple[Component, ...]) -> Any:
-    """Return the inline function (column, f) that takes from a column what is along the motion.
+    """Return the inline function (column, f) that removes from a column its part along the motion.
 
-    At an extremum the rate f of the motion changes nothing, but where a film melts within
-    thousandths of a period a column is mostly along it: the film melts earlier or later. The rest
-    tells more exactly how the extremum changes. Where the motion is no faster than its drive, all
-    of the column is left: at its turning points there is hardly a direction along it.
+    At an extremum a displacement along the rate f of the motion changes nothing. But if a film
+    melts within thousandths of a period, a column is mostly along f, since the film melts earlier
+    or later. The rest of the column gives the change of the extremum more exactly. If the motion is
+    no faster than its drive, the whole column remains, because at the turning points there is
+    hardly a direction of the motion.
     """
     add, weights = algebra(len(components)).add, tuple(c.weight**2 for c in components)
     products = [f"{w!r} * {{0}}[{i}] * {{1}}[{i}]" for i, w in enumerate(weights)]
@@ -242,9 +243,9 @@ def _make_across(components: tuple[Component, ...]) -> Any:
 
 
 def _make_note_extrema(width: int, slopes: int) -> Any:
-    """Return the inline function (lanes, lane, j, aside, found) that notes the slopes of extrema.
+    """Return the inline function (lanes, lane, j, aside, found) that stores slopes of extrema.
 
-    With component j of the first state; `found` as by `_extrema`.
+    The slopes are with respect to component j of the first state; `found` is as in `_extrema`.
     """
 
     @inline
@@ -268,11 +269,11 @@ def _make_note_extrema(width: int, slopes: int) -> Any:
 
 
 def _make_see_integrands(functions: ProblemFunctions, slopes: int) -> Any:
-    """Return the inline function that adds a step to the slopes of integrals with one component.
+    """Return the inline function that adds a step to the slopes of integrals for one component.
 
     Its arguments are (lanes, lane, j, problem, t, used, aside, accepted), with the time t at which
-    a step of length `used` ends, and what is aside of its end: by the trapezium rule, as slopes are
-    needed for errors alone. How an integrand changes there is kept for the next step.
+    a step of length `used` ends, and the Aside of its end. The trapezium rule is enough, as only
+    errors need these slopes. The change of an integrand at the end is kept for the next step.
     """
     width, moment = functions.width, make_moment(functions.equations)
     last = slopes + len(SENSITIVE) * width
@@ -291,7 +292,7 @@ def _make_see_integrands(functions: ProblemFunctions, slopes: int) -> Any:
         names[f"integrand{k}"] = RECORD_TABLE[slot].integrand
         change = f"per_column * (integrand{k}(above) - integrand{k}(below))"
         lines.append(f"see_change(lanes, lane, {k}, j, used, {change}, accepted)")
-    # Written out, as the columns are.
+    # Written out like the columns.
     arguments = "lanes, lane, j, used, above, below, per_column, accepted"
     see_changes: Any = make_function(f"see_changes[{width}]", arguments, lines, names)
 
@@ -314,9 +315,9 @@ def _make_see_integrands(functions: ProblemFunctions, slopes: int) -> Any:
 
 @inline
 def _crosses(u0: float, u1: float, at_first: float, at_last: float) -> bool:
-    """Tell whether a step crosses u = 0, or comes near to it, at a speed of its own.
+    """Return whether a step crosses u = 0, or comes near to it, in a genuine motion.
 
-    A locked block does so too, but there the rate of u is what the integrator's error leaves of it.
+    The slip of a locked block crosses it too, but at a rate that is mostly integration error.
     `at_first` and `at_last` are the changes of u by its rates before and after the step.
     """
     change = u1 - u0
@@ -362,7 +363,7 @@ def _make_carry(
         new = step(old, share, f0, f1, shift_of(last.used), LUs, f_ts)
         vectors.put(lanes, first + j * width, lane, operations.choose(accepted, new, old))
 
-    # Written out: a loop inside the loop over lanes would prevent vectorisation.
+    # Written out, since a loop inside the loop over lanes would prevent vectorisation.
     carry_columns: Any = make_function(
         f"carry_columns[{width}]",
         "lanes, lane, last, over, accepted",
@@ -396,7 +397,7 @@ def _make_carry(
     @jit
     def carry(lanes: np.ndarray) -> None:
         for_lanes(LANES, lane_carry, (lanes,))
-        # One column after the other: written out, this would take three times as long to compile.
+        # One column after the other. Written out, this would take three times as long to compile.
         for j in range(width):
             for_lanes(LANES, lane_note, (lanes, j, reaches[j]))
 

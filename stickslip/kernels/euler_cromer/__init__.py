@@ -1,1 +1,1 @@
-"""The paper's Euler-Cromer scheme in lanes: many points marched side by side."""
+"""The paper's Euler-Cromer scheme in lanes, which march many points at the same time."""

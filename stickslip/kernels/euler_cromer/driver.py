@@ -1,10 +1,9 @@
-"""Euler-Cromer for many points at once, in lanes: an entry of the table `options.METHODS`."""
+"""Euler-Cromer for many points at once, in lanes, as the table `options.METHODS` names it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.fastest_rates import largest_stable_step
 from stickslip.kernels.plain_iteration import orbits as plain
-from stickslip.kernels.plain_iteration.march import WIDTH
+from stickslip.kernels.plain_iteration.march import WIDTH, PlainMarch, PlainWalk
 from stickslip.options import NO_NOISE, Options
 from stickslip.parameters import Parameters
 
@@ -22,7 +21,7 @@ trajectory_kernel = euler_cromer_trajectory
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
-    """Yield the further kernels that points of these kinds (n, k) need; see `families.KIND`."""
+    """Yield the additional kernels for points of these kinds (n, k), as in `families.KIND`."""
     yield from plain.reference_kernels(kinds, options)
     no_points, nothing = np.empty((0, len(Parameters._fields))), np.empty(0, np.int64)
     tasks = March(no_points, nothing, np.empty((0, WIDTH)), options.physics).tasks
@@ -39,18 +38,19 @@ def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
 
 
 def rounding(p: Parameters, options: Options) -> float:
-    """Relative speed [m/s] below which the method rounds a cusp of the law: it never does."""
+    """Return the relative speed [m/s] below which a cusp of the law is rounded: 0, as none is."""
     return 0.0
 
 
 def stochastic_walk(
     points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
-) -> Any:
+) -> PlainWalk:
     """Return motions with stochastic noise; arguments as in `adaptive.driver.stochastic_walk`."""
     # Imported here since only stochastic films need it.
-    from stickslip.kernels.euler_cromer.stochastic import make_stochastic_walk
+    from stickslip.kernels.euler_cromer.stochastic import StochasticMarch
 
-    return make_stochastic_walk(points, starts, streams, options)
+    march = PlainMarch(partial(StochasticMarch, streams), points, starts, options)
+    return march.walk(np.arange(len(points)))
 
 
 def orbits(

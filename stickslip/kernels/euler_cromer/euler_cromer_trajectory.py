@@ -1,4 +1,4 @@
-"""Trajectories by Euler-Cromer, one at a time, by the scalar drive."""
+"""Trajectories of Euler-Cromer, one at a time, by the scalar drive."""
 
 from __future__ import annotations
 
@@ -43,14 +43,12 @@ def _draw_sign(s: Samples) -> float:
 def euler_cromer_trajectory(physics: Physics) -> Any:
     """Return the kernel of a trajectory by Euler-Cromer; arguments as in `adaptive_trajectory`.
 
-    The drive period is divided evenly, so the step may be slightly shorter than dt.
+    The steps divide the drive period evenly, so they may be slightly shorter than dt.
     """
     equations = model_of(physics).equations
     stress_and_force = equations.exact
     relative_velocity = relative_motion(equations.upper).velocity
-    sample_step = make_sample_step(len(STATE))
-
-    chance = physics.chance
+    sample_step, chance = make_sample_step(len(STATE)), physics.chance
 
     @inline
     def increments(p: Parameters, t: float, dt: float, y: State, xi: float) -> tuple[float, float]:

@@ -1,14 +1,12 @@
-"""Many points taken through drive periods by Euler-Cromer, side by side."""
+"""The march of Euler-Cromer, which takes many points through drive periods at the same time."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 
 from stickslip.kernels.euler_cromer.layout import clear_records, row_kernels, row_length
 from stickslip.kernels.euler_cromer.march import march_kernel
-from stickslip.kernels.families import KIND, Family, families
+from stickslip.kernels.families import KIND, families
 from stickslip.measure.accumulate import RECORD
 from stickslip.numerics.adaptive import OK, STEP_LIMIT
 from stickslip.numerics.euler_cromer_lanes import PENDING, Tasks
@@ -18,12 +16,12 @@ from stickslip.parameters import Parameters
 _KIND = [Parameters._fields.index(name) for name in KIND]
 _NOISE = Parameters._fields.index("noise_intensity")
 
-# Steps of all lanes together between two returns to the interpreter: a tenth of a second.
+# Steps of all lanes together between two returns to the interpreter, about a tenth of a second.
 _AT_A_TIME = 2**20
 
 
 class March:
-    """The motions of points: a `motions.March` that can also cover part of a period.
+    """The motions of points, a `plain_iteration.march.March` that can also cover part of a period.
 
     Parameters
     ----------
@@ -34,7 +32,7 @@ class March:
     states
         (n, 3) states (x, v, phi) at phase 0, in SI units.
     physics
-        The equations; the strain follows instantly.
+        The equations, in which the strain follows instantly.
     """
 
     def __init__(
@@ -53,7 +51,7 @@ class March:
     def start(self, which: np.ndarray, limits: np.ndarray | None = None) -> None:
         """Put the points with the indices `which` (m,) at the beginning of a period.
 
-        They are to go to its end, or as far as `limits` (m,) steps.
+        They will march to its end, or for `limits` (m,) steps.
         """
         tasks, total = self.tasks, self.steps[which]
         tasks.total[which] = total if limits is None else np.minimum(total, limits)
@@ -64,7 +62,7 @@ class March:
         self.start(which, limits)
         self.march(measured)
         outcome = self.tasks.status[which]
-        # A task is ok at its limit of steps too, which may lie before the end of the period.
+        # A task is also ok at its limit of steps, which may lie before the end of the period.
         outcome[(outcome == OK) & (limits < self.steps[which])] = STEP_LIMIT
         return outcome
 
@@ -73,20 +71,16 @@ class March:
         clear_records(self.tasks.rows, which)
 
     def march(self, measured: bool = False) -> None:
-        """Integrate the started points to their ends; the status of each is then OK or DIVERGED."""
-        for family, noisy, queue in self._families():
-            march = march_kernel(family, noisy, measured)
-            while np.any(self.tasks.status[queue] == PENDING):
-                march(self.tasks, queue, _AT_A_TIME)
-
-    def _families(self) -> Iterator[tuple[Family, bool, np.ndarray]]:
-        """Yield groups of points that share a kernel: family, whether there is noise, indices."""
-        pending = np.flatnonzero(self.tasks.status == PENDING)
+        """March the started points to their ends; their status is then OK or DIVERGED."""
+        status = self.tasks.status
+        pending = np.flatnonzero(status == PENDING)
         for family, members in families(self.physics, self.points[:, _KIND][pending]):
             rows = pending[members]
             with_noise = self.points[rows, _NOISE] > 0.0
             for noisy in (False, True):
-                yield family, noisy, rows[with_noise == noisy]
+                march, queue = march_kernel(family, noisy, measured), rows[with_noise == noisy]
+                while np.any(status[queue] == PENDING):
+                    march(self.tasks, queue, _AT_A_TIME)
 
     def states(self) -> np.ndarray:
         """Return the states (x, v, phi) in SI units, (n, 3)."""

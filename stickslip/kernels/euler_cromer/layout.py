@@ -1,4 +1,4 @@
-"""The layout of fixed-step lanes: rows of numbers in each point's own units."""
+"""The layout of fixed-step lanes, whose rows of numbers are in each point's own units."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, SINE, TURN, V, 
 from stickslip.options import Physics
 
 PARAMETERS_BEGIN = first_free(len(drive.TONES))
-"""The parameters follow the drive."""
+"""The first slot of the parameters, after the drive."""
 
 RECORD_BEGIN = PARAMETERS_BEGIN + len(StepParameters._fields)
-"""A record follows the parameters."""
+"""The first slot of the record, after the parameters."""
 
 SLOTS = RECORD_BEGIN + RECORD
 """Number of slots of a lane, without those of stochastic noise."""
 
-# With stochastic noise they are followed by the stream of random numbers, the number of the next
-# group of steps, and the remaining signs of the current one.
+# With stochastic noise there follow the stream of random numbers, the number of the next group of
+# steps, and the remaining signs of the present group.
 _CHANCE_SLOTS = STREAM + 2
 
 _HARMONICS = tuple(tone.harmonic for tone in drive.TONES)
@@ -49,9 +49,9 @@ _clear_record = accumulator(1, RECORD_BEGIN).clear
 
 
 class RowKernels(NamedTuple):
-    """Kernels that write and read rows (n, SLOTS) of points (n, parameters), `steps` (n,) a period.
+    """Kernels that write and read rows (n, SLOTS) of points (n, parameters).
 
-    States (n, 3) are (x, v, phi) in SI units.
+    `steps` (n,) are per period; states (n, 3) are (x, v, phi) in SI units.
     """
 
     fill: Any
@@ -85,7 +85,7 @@ def row_kernels(physics: Physics) -> RowKernels:
             for tone in range(len(_HARMONICS)):
                 first = SINE * tone
                 row[DRIVE + first], row[CHANGE + first] = 0.0, 0.0  # written at step 0
-                # The factor of the second difference is 4 sin^2(angle/2), angle per step.
+                # The factor of the second difference is 4 sin^2(angle/2), with the angle of a step.
                 half = 2.0 * math.sin(math.pi * _HARMONICS[tone] / steps[i])
                 row[TURN + first] = half * half
             write_parameters(p, steps[i], row[PARAMETERS_BEGIN:])

@@ -1,8 +1,8 @@
-"""Euler-Cromer in lanes: kernels that march many points through drive periods.
+"""The kernels of Euler-Cromer, which march many points through drive periods in lanes.
 
-A point marches in its own units (step_units.py), in which its row of numbers stays from the first
-period to the last. A kernel works for a given number of steps and leaves everything it needs to go
-on in the arrays that it was given. The results are those of the scalar drive up to rounding.
+A point marches in its own units (step_units.py), and its row of numbers keeps them from the first
+period to the last. A kernel works for a given number of steps. Its arrays then hold everything that
+it needs to continue. The results equal those of the scalar drive up to rounding.
 """
 
 from __future__ import annotations
@@ -52,7 +52,6 @@ _see_extremum, _see_phase = _record.see_extremum, _record.see_phase
 _see_solid = _record.see_solid
 _own_parameters = make_lane_reader(StepParameters, PARAMETERS_BEGIN, get)
 
-
 # sqrt(2 D dt), the random kick of phi in a step, divided by sqrt(D_eff dt).
 _RANDOM_KICK = math.sqrt(2.0 / TYPICAL_FRACTION)
 
@@ -65,13 +64,13 @@ class _Lane(NamedTuple):
 
 
 def _make_sine(tone: drive.Tone) -> Any:
-    """Return the function (p, n) of a tone's velocity at step n and its change since step n - 1."""
+    """Return the function (p, n) of a tone's velocity at step n, and its change from step n - 1."""
     _, velocity, acceleration, _ = drive.upper_of((tone,))
     times = float(tone.harmonic)
 
     @inline
     def sine(p: _Lane, n: int) -> tuple[float, float]:
-        # The exact difference over a step: the slope in its middle times sin(angle/2)/(angle/2).
+        # The exact difference over a step is the slope in its middle times sin(angle/2)/(angle/2).
         angle = times * p.values.angular_frequency
         slope = acceleration(p.values, n - 0.5)
         return velocity(p.values, float(n)), slope * (2.0 * math.sin(0.5 * angle) / angle)
@@ -81,7 +80,7 @@ def _make_sine(tone: drive.Tone) -> Any:
 
 @inline
 def _kick(phi: float, own: StepParameters) -> float:
-    """`noise.typical_kick` for a step of 1, without a square root or a division."""
+    """`noise.typical_kick` for a step of 1, without square root and division."""
     return own.D_eff * reciprocal(phi if phi > own.least_phi else own.least_phi)
 
 
@@ -101,7 +100,7 @@ def _make_parameters(family: Family) -> Any:
 def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any:
     """Return the function of the increments of v and phi in a step from the old state (Eqs. 3, 26).
 
-    It maps (p, V, y, xi) to (dv, dphi); xi is the random number of stochastic noise.
+    It maps (p, V, y, xi) to (dv, dphi), where xi is the random number of stochastic noise.
     """
 
     @inline
@@ -128,7 +127,7 @@ def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any
 
 
 def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) -> Any:
-    """Return the function (p, V, y, lanes, lane) that records a step, represented by its start."""
+    """Return the function (p, V, y, lanes, lane) that records the start of a step for all of it."""
     see_integrals = make_see_integrals(_record, (1.0,))
 
     @inline
@@ -146,8 +145,8 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
         # A record begins at phase 0.
         phase = p.values.angular_frequency * get(lanes, RECORD_BEGIN + ELAPSED, lane)
         power, loss = F * v - own, F * u + own
-        # F itself for the force by the motion: that shares terms with the step, which the compiler
-        # would then round in another way.
+        # F replaces the force computed from the motion, which shares terms with the step; the
+        # compiler would then round the step in another way.
         moment = Moment(x, V, u, phi, sigma_el, F, power, loss, F, phase)
         see_integrals(lanes, lane, (moment,), 1.0, True)
         _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
@@ -167,22 +166,22 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
 
 
 def _chance_of(family: Family) -> Chance:
-    """Return the random numbers of lanes, none unless the noise is stochastic."""
+    """Return the random numbers of lanes, which only stochastic noise has."""
     if not family.physics.chance:
         return NO_RANDOM_NUMBERS
     # Imported here since only stochastic films need it.
-    from stickslip.kernels.euler_cromer.stochastic import signs_in_lanes
+    from stickslip.kernels.euler_cromer.stochastic import SIGNS_IN_LANES
 
-    return signs_in_lanes()
+    return SIGNS_IN_LANES
 
 
 @kernel_factory
 def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     """Return the kernel that marches fluids of one family, with or without noise and record.
 
-    It maps (tasks, queue, budget) to the unused budget: it marches the PENDING ones among the rows
-    of `queue`, for at most `budget` steps of all lanes together. 0 means that there may be more to
-    do. The cases have kernels of their own, because each takes seconds to compile and few are used.
+    It maps (tasks, queue, budget) to the unused budget. It marches the PENDING rows of `queue` for
+    at most `budget` steps of all lanes together; with 0 left, some may still be PENDING. Each case
+    has a separate kernel, because each takes seconds to compile and few are used.
     """
     stress_and_force = model_of(family.physics).equations.exact
     chance = _chance_of(family)

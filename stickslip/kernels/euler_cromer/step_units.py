@@ -1,7 +1,7 @@
-"""The units of the fixed-step lanes: those of model/scaling.py, but with the step as unit of time.
+"""The units of fixed-step lanes, as in model/scaling.py but with the step as the unit of time.
 
-The units of strain and length are chosen to make the elastic coefficient and the area 1, with which
-the model's equations take the fewest operations (docs/equations.md).
+The units of strain and length are chosen so that the elastic coefficient and the area are 1, with
+which the model's equations need the fewest operations (docs/equations.md).
 """
 
 from __future__ import annotations
@@ -77,10 +77,10 @@ else:
 
 @inline
 def step_units(p: Parameters, steps: int) -> Units:
-    """The units of a lane with this many steps per period.
+    """Units of a lane with this many steps per period.
 
-    Without elasticity the strain has no effect, and its unit is arbitrary: c, or the coefficient of
-    a higher term, takes the place of a.
+    Without elasticity the strain has no effect and its unit is arbitrary, so c, or the coefficient
+    of a higher term, replaces a.
     """
     time = 2.0 * math.pi / p.angular_frequency / steps
     highest = p.quartic_coefficient
@@ -134,11 +134,11 @@ def step_values(
 
 @inline
 def to_lane(units: Units, y: State) -> State:
-    """The state (x, v, phi) in the units of a lane."""
+    """State (x, v, phi) in the units of a lane."""
     return y[0] / units.length, y[1] / units.speed, y[2]
 
 
 @inline
 def from_lane(units: Units, y: State) -> State:
-    """The state (x, v, phi) in SI units."""
+    """State (x, v, phi) in SI units."""
     return y[0] * units.length, y[1] * units.speed, y[2]

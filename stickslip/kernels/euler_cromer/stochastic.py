@@ -1,20 +1,17 @@
-"""Stochastic noise in Euler-Cromer: in every step a kick of fixed size and random sign.
+"""Stochastic noise in Euler-Cromer, a kick of fixed size and random sign in every step.
 
 Two-point increments have the moments that weak convergence of first order requires (Kloeden and
-Platen 1992, section 14.1), and one word of random bits serves SIGNS steps. Imported only for
-stochastic films.
+Platen 1992, section 14.1), and one word of random bits is enough for SIGNS steps. Only stochastic
+films import this module.
 """
 
 from __future__ import annotations
-
-from functools import partial
 
 import numpy as np
 
 from stickslip.compiled.decorators import inline
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.layout import SLOTS
-from stickslip.kernels.plain_iteration.march import PlainMarch, PlainWalk
 from stickslip.kernels.streams import (
     KEY_HIGH,
     KEY_LOW,
@@ -26,10 +23,11 @@ from stickslip.kernels.streams import (
     signs,
 )
 from stickslip.numerics.euler_cromer_lanes import Chance, get, put
-from stickslip.options import Options, Physics
+from stickslip.options import Physics
 
 GROUP, _BITS = SLOTS + STREAM, SLOTS + STREAM + 1
-"""Slots after the stream of a lane: groups of signs drawn in this period; remaining signs."""
+"""Two slots after the stream of a lane, for the groups of signs drawn in this period and for the
+remaining signs."""
 
 
 @inline
@@ -48,12 +46,11 @@ def _draw(lanes: np.ndarray, lane: int) -> float:
     return sign
 
 
-def signs_in_lanes() -> Chance:
-    """Return random signs for lanes."""
-    return Chance(SIGNS, _refresh, _draw)
+SIGNS_IN_LANES = Chance(SIGNS, _refresh, _draw)
+"""The random signs of lanes."""
 
 
-class _RandomMarch(March):
+class StochasticMarch(March):
     """A march with the random numbers of `streams` (n, STREAM), in whole groups of steps."""
 
     def __init__(
@@ -69,17 +66,9 @@ class _RandomMarch(March):
         self.tasks.rows[:, SLOTS : SLOTS + STREAM] = streams
 
     def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
-        """Take the points through a period as `March` does, by its own random numbers."""
+        """Take the points through a period as `March` does, with the period's random numbers."""
         rows = self.tasks.rows
         rows[:, GROUP] = 0.0  # random numbers count within a drive period
         outcome = super().period(which, limits // SIGNS * SIGNS, measured=measured)
         rows[:, SLOTS + PERIOD] += 1.0
         return outcome
-
-
-def make_stochastic_walk(
-    points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
-) -> PlainWalk:
-    """Return motions with stochastic noise; arguments as in `adaptive.driver.stochastic_walk`."""
-    march = PlainMarch(partial(_RandomMarch, streams), points, starts, options)
-    return march.walk(np.arange(len(points)))

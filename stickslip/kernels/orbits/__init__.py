@@ -1,4 +1,4 @@
-"""How orbits are found: once, over n points, for every method.
+"""The search for orbits of many points, which all methods share.
 
-A method takes motions along; here they are judged, watched where they wander, and measured.
+A method only integrates motions. Here they are judged, and watched if they wander.
 """

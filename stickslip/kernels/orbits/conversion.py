@@ -1,4 +1,4 @@
-"""Both ends of the lanes: from parameters to the points' own units, and back to SI units."""
+"""Conversion between SI units and the points' own units, at both ends of the lanes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _REDUCED_AMPLITUDE = Reduced._fields.index("drive_amplitude")
 
 
 def make_record_units(model: Model) -> Any:
-    """Return the inline function that gives the units of lane records for parameters `p`."""
+    """Return the inline function (p) that returns the units of lane records."""
     units_of = model.scaling.units_of
 
     @inline
@@ -39,21 +39,22 @@ def make_record_units(model: Model) -> Any:
 
 
 class Conversion(NamedTuple):
-    """The conversions of a model; `points` (n, parameters) in SI units, `states` (n, width + 1).
+    """The conversions of a model, for `points` (n, parameters) and `states` (n, width + 1).
 
-    Functions with a kernel each, which takes the unit of length in the place of X_m.
+    Points are in SI units. Each function has a kernel, which takes the unit of length in place of
+    X_m.
     """
 
     reduce_points: Any
-    """(points, reduced, states): write the parameters (n, reduced parameters) and the starts in the
-    points' own units, and a first step."""
+    """(points, reduced, states): write the parameters (n, reduced parameters), the starts and the
+    first steps, in the points' own units."""
 
     restore_states: Any
-    """(points, states): turn states of the lanes, at phase 0, into (x, v, psi, ...) in SI units, in
-    place."""
+    """(points, states): convert states of the lanes, at phase 0, to (x, v, psi, ...) in SI units.
+    The states are overwritten."""
 
     scale_states: Any
-    """(points, states): the way back."""
+    """(points, states): the inverse."""
 
     write_records: Any
     """(points, cycles, measured, records): write the records of whole orbits, in SI units, from
@@ -64,14 +65,14 @@ class Conversion(NamedTuple):
 
 
 def conversion_of(physics: Physics) -> Conversion:
-    """Return the kernels of these physics, the same for typical and stochastic noise."""
+    """Return the conversions of these physics, which typical and stochastic noise share."""
     typical = physics.typical
     kernels = (*_state_kernels(typical), *_record_kernels(typical))
     return Conversion(_with_amplitude(_reduction(typical)), *map(_with_length, kernels))
 
 
 def _with_length(kernel: Any) -> Any:
-    """Return the function of a kernel that is given the points with their units of length."""
+    """Return a function that calls a kernel with the points' units of length in place of X_m."""
 
     @wraps(kernel.py_func)
     def convert(points: np.ndarray, *columns: np.ndarray) -> None:
@@ -82,7 +83,7 @@ def _with_length(kernel: Any) -> Any:
 
 
 def _with_amplitude(kernel: Any) -> Any:
-    """Return the same for `reduce_points`: with harmonics the amplitude is no unit any more."""
+    """Return this function for `reduce_points`; with harmonics the amplitude is not a unit."""
     convert = _with_length(kernel)
 
     @wraps(convert)
@@ -125,7 +126,7 @@ def _state_kernels(physics: Physics) -> tuple[Any, Any]:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
             units = state_units(units_of(p))
-            # Units first: `relative_state` needs the state and the parameters in the same ones.
+            # Units come first, as `relative_state` needs state and parameters in the same ones.
             for component in range(width):
                 states[i, component] *= units[component]
             y = relative_state(p, 0.0, of_row(states[i]))

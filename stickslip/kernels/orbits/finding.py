@@ -1,6 +1,6 @@
-"""How motions come to their orbits: searched, watched where they wander, and searched again.
+"""The way of motions to their orbits, by searches and by watching those that wander.
 
-The same for all methods.
+It is the same for all methods.
 """
 
 from __future__ import annotations
@@ -19,26 +19,24 @@ PENDING = int(Status.PENDING)
 
 
 class WatchedMarch(March, Protocol):
-    """A march whose motions can be watched on the way."""
+    """A march whose motions can be watched on their way."""
 
     def walk(self, rows: np.ndarray) -> Any:
         """Return the `TangentWalk` of the motions in these rows (m,)."""
-        ...
 
     def rejoin(self, rows: np.ndarray, walk: Any) -> None:
-        """Let the motions go on from where a walk of these rows (m,) has led."""
-        ...
+        """Let the motions in these rows (m,) go on from the states of a walk."""
 
 
 def find_orbits(march: WatchedMarch, task: Search, window: int) -> list[tuple[np.ndarray, Watched]]:
     """Bring the motions that are ok to their orbits; return rows and records of the aperiodic ones.
 
     A motion that wanders is watched over a window of drive periods. If its neighbours approach it,
-    the search goes on for longer cycles; if there is none either, it is aperiodic.
+    the search goes on for longer cycles. If there is no such cycle either, the motion is aperiodic.
     """
     counts, aperiodic = march.motions.counts, []
     pending = np.flatnonzero(counts[:, OUTCOME] == OK)
-    # First for short cycles; then, for motions whose neighbours approach them, for long ones.
+    # The first search is for short cycles, the second for long ones if neighbours approach.
     for late in (False, True):
         settle(march, pending, task._replace(late=late))
         pending = pending[counts[pending, OUTCOME] == APERIODIC]
@@ -48,7 +46,7 @@ def find_orbits(march: WatchedMarch, task: Search, window: int) -> list[tuple[np
         watched = watch(walk, window, decisive=late)
         march.rejoin(pending, walk)
         outcomes = walk.outcomes()
-        outcomes[outcomes == PENDING] = OK  # its neighbours approach it: it goes on
+        outcomes[outcomes == PENDING] = OK  # these go on, since their neighbours approach them
         outcomes[watched.aperiodic] = APERIODIC
         counts[pending, OUTCOME] = outcomes
         counts[pending, HALVES] += 2 * watched.periods

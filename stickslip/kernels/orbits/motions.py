@@ -1,4 +1,4 @@
-"""Many motions side by side, in the units of their points: what a search moves, and a march."""
+"""The data of many motions, in the units of their points, for searches and marches."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from stickslip.model.scaling import Reduced
 from stickslip.numerics import step_control
 from stickslip.options import Physics
 
-# Columns of `counts`, integers. HALVES: half periods of the search; CYCLE: half periods after which
-# the orbit closes; ATTEMPTED: steps attempted; OUTCOME: a Status; AHEAD: how many applications a
-# search wants next; DONE: how many came to their end.
+# The columns of `counts`, integers. HALVES: half periods of the search; CYCLE: half periods after
+# which the orbit closes; ATTEMPTED: attempted steps; OUTCOME: a Status; AHEAD: the number of
+# applications of the map that a search wants next; DONE: the number of these that were completed.
 HALVES, CYCLE, ATTEMPTED, OUTCOME, AHEAD, DONE, COUNT_COLUMNS = range(7)
 
 MOST_AHEAD = 8
-"""The most applications of a map before a search judges them."""
+"""The largest number of applications of the map before a search judges them."""
 
 GROWS, REMEMBERED, CONTROL = range(3)
-"""Columns of `control`: whether the next step may be longer, and the memory of the step control."""
+"""Columns of `control`: whether the next step may be longer, and the memory of the controller."""
 
 LOWEST, HIGHEST, FILM_COLUMNS = range(3)
 """Columns of `film`."""
 
 KINDS = [Reduced._fields.index(name) for name in KIND]
-"""The columns of `families.KIND` among reduced parameters."""
+"""The columns of `families.KIND` among the reduced parameters."""
 
 
 class Motions(NamedTuple):
     """The motions of n points, a row each.
 
-    `points` (n, reduced parameters), as `Reduced`, followed by a stream of random numbers if the
-    noise is stochastic; `rtols` (n,), the tolerance of each; `states` (n, width + 1), the state in
-    the point's own units and the next step, at phase 0; `control` (n, CONTROL), with which a motion
-    that is cut into pieces has the same bits; `counts` (n, COUNT_COLUMNS). `film` (n, 2) has the
-    lowest and highest ln(phi) of the last half period without record; `ahead` (n, MOST_AHEAD,
-    columns) what each application has led to that is not judged yet, as `ahead_of` says; `measured`
-    (n, RECORD);
-    `ratios` (n,) the contraction of an orbit; `varied` (n, `varied_of(width)`) how small
-    displacements of the first state move the motion, and its extrema and integrals.
+    `points` (n, reduced parameters) are as in `Reduced`, followed by a stream of random numbers if
+    the noise is stochastic. `rtols` (n,) are the tolerances. `states` (n, width + 1) hold the state
+    in the point's own units and the next step, at phase 0. `control` (n, CONTROL) is the state of
+    the step control, so that a motion in pieces has the same bits. `counts` are (n, COUNT_COLUMNS).
+    `film` (n, 2) has the lowest and highest ln(phi) of the last half period without record. `ahead`
+    (n, MOST_AHEAD, columns) has, in the layout of `ahead_of`, the result of each application that
+    is not judged yet. `measured` is (n, RECORD), and `ratios` (n,) the contraction of an orbit.
+    `varied` (n, `varied_of(width)`) shows how small displacements of the first state change the
+    motion, its extrema and integrals.
     """
 
     points: np.ndarray
@@ -64,12 +64,12 @@ class Motions(NamedTuple):
 
 
 def ahead_of(width: int) -> int:
-    """Length of a row of `ahead`: a row of `states`, `control` and `film`, and attempted steps."""
+    """Return the length of a row of `ahead`: rows of `states`, `control`, `film`, and attempts."""
     return width + 1 + CONTROL + FILM_COLUMNS + 1
 
 
 def varied_of(width: int) -> int:
-    """Length of a row of `varied`: a column for each component, then their slopes."""
+    """Return the length of a row of `varied`: a column for each component, then their slopes."""
     return (width + len(SENSITIVE)) * width
 
 
@@ -91,15 +91,15 @@ def new_motions(points: np.ndarray, states: np.ndarray) -> Motions:
 
 
 def fresh_control(n: int) -> np.ndarray:
-    """Return the `control` (n, CONTROL) of motions that begin."""
+    """Return the `control` (n, CONTROL) of new motions."""
     return np.tile((1.0, step_control.START), (n, 1))
 
 
 def motions_of(points: np.ndarray, physics: Physics, starts: np.ndarray | None = None) -> Motions:
     """Return the motions of points (n, parameters) in SI units, at their starts.
 
-    `starts` (n, columns), laid out as finals, has other states to begin in; a row of NaN stands for
-    the point's own.
+    `starts` (n, columns), in the layout of finals, are other states to begin in; a row of NaN
+    stands for the start of the point.
     """
     n, width = len(points), model_of(physics).width
     motions = new_motions(np.empty((n, len(Reduced._fields))), np.empty((n, width + 1)))
@@ -120,6 +120,6 @@ def part_of(motions: Motions, rows: np.ndarray) -> Motions:
 def put_back(
     motions: tuple[np.ndarray, ...], rows: np.ndarray, part: tuple[np.ndarray, ...]
 ) -> None:
-    """Write a copy of some rows (m,) back into motions, or into other columns of points."""
+    """Write a part with these rows (m,) back into motions, or into other columns of points."""
     for whole, piece in zip(motions, part, strict=True):
         whole[rows] = piece

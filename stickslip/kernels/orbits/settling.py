@@ -1,6 +1,6 @@
-"""The search for orbits: motions are taken a step of the map further and judged, until all settle.
+"""The search for orbits, which advances motions by the map and judges them until all settle.
 
-A march advances and decides nothing; here a jitted loop hands the states to the searches of
+A march only advances the motions. A compiled loop then passes the states to the searches of
 `numerics/periodic/search.py` and carries out their verdicts.
 """
 
@@ -54,22 +54,22 @@ REFINEMENT = 0.1
 """The finer tolerance of the search, and of the measurement, as a fraction of the coarser one."""
 
 TIGHTEST = 1e-13
-"""The smallest tolerance: below it rounding dominates."""
+"""The smallest tolerance, below which rounding dominates."""
 
-# The largest tolerance on the way to an orbit: beyond it a film may miss the moment at which it
-# freezes, and end on another orbit.
+# The largest tolerance on the way to an orbit. With a larger one a film may miss the moment at
+# which it freezes, and end on another orbit.
 _SEARCH = 1e-5
 
-# The longest jump, in units of the scaled position, of a film that may freeze late: short enough
-# not to skip the periods in which it does.
+# The longest jump, in units of the scaled position, of a film that may freeze late. It is so short
+# that it does not skip the periods in which the film freezes.
 _LATE_JUMP = 0.1
 
-# Searches at a time, of 15 to 18 kB each: so many that no lane waits, and so few that a long search
-# begins early, while there are others to go on beside it.
+# The number of searches at a time, of 15 to 18 kB each. They are so many that no lane waits, and so
+# few that a long search begins early, while there are others for the remaining lanes.
 AT_A_TIME = 4 * LANES
 
-# For every so many applications that no verdict has disturbed a search takes one more at a time:
-# fewer than one in so many is dropped.
+# After this many applications that no verdict has disturbed, a search takes one more at a time, so
+# that less than one in this number is dropped.
 _UNDISTURBED = 8
 
 _STAYS, _LEAVES = -1, -2
@@ -78,28 +78,27 @@ _reduced_of = make_row_reader(Reduced)
 
 
 class March(Protocol):
-    """A method's way to take motions along, and nothing else: it neither judges nor measures."""
+    """The way in which a method advances motions; it neither judges nor measures them."""
 
     motions: Motions
     physics: Physics
     per_period: int
-    """Applications of its map in a drive period: 2 by half periods and mirror images, else 1."""
+    """Applications of its map in a drive period: 2 with half periods and mirror images, else 1."""
 
     def advance(self, family: Family) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the function that takes motions of a family an application further.
+        """Return the function that advances motions of a family by applications of the map.
 
-        It takes them AHEAD applications further, or less. It is given the rows (m,) of some more,
-        and returns those of some that have come to the end (k,), while others are still under way;
-        none if all have. What each application has led to is in `Motions.ahead`, their number in
-        DONE, and in OUTCOME whether they failed in the next one.
+        It takes the rows (m,) of more motions, and returns the rows (k,) of some that have ended
+        while others go on; no rows mean that all have ended. Each motion advances by AHEAD
+        applications, or fewer if it fails. The result of each application is in `Motions.ahead`,
+        their number in DONE, and a failure of the next one in OUTCOME.
         """
-        ...
 
 
 class Search(NamedTuple):
-    """The tolerance of a search, the distance to the limit, and its budget of half periods.
+    """The tolerance of a search, its distance to the limit, and its budget of half periods.
 
-    A march without a tolerance is searched with an `rtol` of 0, and never jumped with.
+    A march without a tolerance has an `rtol` of 0, and its search never jumps.
     """
 
     rtol: float
@@ -108,31 +107,25 @@ class Search(NamedTuple):
     accelerate: bool
     per_period: int = 2
     late: bool = False
-    """True for a search that continues one which found no cycle."""
-
-
-@inline
-def _coarser(task: Search) -> float:
-    """The tolerance at which a search begins."""
-    return min(task.rtol, _SEARCH)
+    """True for a search that follows one without a cycle."""
 
 
 @inline
 def _finer(task: Search, cuts: int) -> float:
-    """The tolerance of a search after so many cuts; the first puts the noise below the aim."""
+    """Tolerance of a search after so many cuts; the first puts the noise below the distance."""
     first = min(task.rtol * REFINEMENT, _SEARCH, max(task.distance, TIGHTEST))
     return first * REFINEMENT ** (cuts - 1)
 
 
 @inline
 def _first(task: Search) -> float:
-    """The tolerance of a search that begins, or begins again."""
-    return _finer(task, 1) if task.late else _coarser(task)
+    """Tolerance of a search that begins, or begins again."""
+    return _finer(task, 1) if task.late else min(task.rtol, _SEARCH)
 
 
 @inline
 def _longest_jump(p: Parameters, phi: float, waits: bool) -> float:
-    """Longest jump allowed: a jump must not skip the periods in which a film freezes late.
+    """Longest jump allowed, since a jump must not skip the periods in which a film freezes late.
 
     A film that `waits` may freeze, but was liquid throughout the last half period.
     """
@@ -144,22 +137,22 @@ def _longest_jump(p: Parameters, phi: float, waits: bool) -> float:
 def _make_limit_search(equations: Equations) -> Any:
     """Return the function that limits the jumps of a search after a half period.
 
-    It takes (memory, p, u_s, phi, lowest, highest): the speed below which a cusp is rounded, the
-    order parameter at its end, and the extremes of ln(phi) during it. Where a film may still
-    freeze, a jump must not skip the moment (docs/decisions/late-freezing.md).
+    It takes (memory, p, u_s, phi, lowest, highest), with the speed below which a cusp is rounded,
+    the order parameter at the end of the half period, and the extremes of ln(phi) during it. If a
+    film may still freeze, a jump must not skip that moment (docs/decisions/late-freezing.md).
     """
     strain_amplitude, rounded = equations.strain_amplitude, equations.law.rounded
     upper_displacement = equations.upper.displacement
 
     @jit
     def out_of_reach(p: Parameters, u_s: float, phi: float) -> tuple[float, float]:
-        """Where a liquid film cannot freeze: gain and least distance of `search.keep_clear`."""
+        """Gain and least distance of `search.keep_clear`, beyond which a liquid cannot freeze."""
         strain = strain_amplitude(p, 1.0)
-        if drive.highest_harmonic(p) > 1.0 or not strain > 0.0:  # the bound is that of a sine
+        if drive.highest_harmonic(p) > 1.0 or not strain > 0.0:  # the bound holds for a sine
             return np.inf, np.inf
         critical = solids.solidification_strain(p) / strain
         gain, least = clearance(p, critical)
-        # Friction makes a passage through rest longer, with a cusp there most of all.
+        # Friction makes a passage through rest longer, most of all with a cusp there.
         stress, slope, _ = rounded(p, critical, phi, u_s)
         return gain + slope * p.contact_area, least + stress * p.contact_area
 
@@ -191,7 +184,7 @@ def _make_limit_search(equations: Equations) -> Any:
 class _Kernels(NamedTuple):
     """The kernels of searches for one family.
 
-    `rows` (m,) are those of the points to work on, `places` (n,) where each row has its search
+    `rows` (m,) belong to the points to work on, and `places` (n,) is the index of each row's search
     among the `memories` (k,).
     """
 
@@ -199,13 +192,13 @@ class _Kernels(NamedTuple):
     """(motions, rows, places, memories, task): begin searches at the states of the motions."""
 
     judge: Any
-    """(motions, rows, waiting, places, memories, task): judge what points have gone through, and
-    move their states; begin with the first of those `waiting` (w,) in the place of a search that
-    has ended. It puts those that go on first in `rows`; returns their number and how many began."""
+    """(motions, rows, waiting, places, memories, task): judge the applications of points, and move
+    their states. In place of each search that has ended begin one of the points `waiting` (w,). Put
+    the points that go on first in `rows`; return their number and how many began."""
 
 
 def kernels_of(family: Family) -> _Kernels:
-    """Return the kernels of a family, the same for every rheological index and kind of noise."""
+    """Return the kernels of a family; rheological index and kind of noise make no difference."""
     return _search_kernels(family._replace(physics=family.physics.typical, gamma=None))
 
 
@@ -227,8 +220,8 @@ def _make_limit(family: Family) -> Any:
 def _make_carry_out(state: StateFunctions, width: int) -> Any:
     """Return the function (motions, row, memory, task) that carries out the verdict of a search.
 
-    It returns a Status, or _STAYS or _LEAVES where the search goes on, from this state or from
-    another, or at another tolerance.
+    It returns a Status, or _STAYS if the search goes on from this state, or _LEAVES if it goes on
+    from another state or at another tolerance.
     """
     of_row, judged, unjudged, moved = state.of_row, state.judged, state.unjudged, state.moved
 
@@ -240,7 +233,7 @@ def _make_carry_out(state: StateFunctions, width: int) -> Any:
     @jit
     def carry_out(motions: Motions, row: int, memory: Any, task: Search) -> int:
         y, counts = of_row(motions.states[row]), motions.counts[row]
-        # The search counts its own applications; what came before has used the budget too.
+        # The search counts its own applications, but earlier ones have used the budget too.
         halves = 2 // task.per_period
         budget = (task.max_halves - counts[HALVES]) // halves + memory.applications
         counts[HALVES] += halves
@@ -248,7 +241,7 @@ def _make_carry_out(state: StateFunctions, width: int) -> Any:
         y = moved(y, dx, dv)
         put_state(motions.states[row], y)
         if verdict == search.SETTLED:
-            # The remaining way to the limit is known: the measurement begins nearer to it.
+            # The remaining way to the limit is known, so the measurement begins nearer to it.
             dx, dv = search.last_correction(memory)
             put_state(motions.states[row], moved(y, dx, dv))
             counts[CYCLE], motions.ratios[row] = search.found(memory)
@@ -260,7 +253,7 @@ def _make_carry_out(state: StateFunctions, width: int) -> Any:
         if verdict == search.FINER:
             motions.rtols[row] = _finer(task, memory.fineness)
         elif verdict == search.RESTORE:
-            # A jump has led astray: return to the state before it, as at the start of a search.
+            # A jump went astray. Return to the state before it, as at the start of a search.
             put_state(motions.states[row], unjudged(memory.stored))
             motions.rtols[row] = _first(task)
         return _STAYS if verdict == search.GO_ON else _LEAVES
@@ -270,7 +263,7 @@ def _make_carry_out(state: StateFunctions, width: int) -> Any:
 
 @jit
 def _take_over(motions: Motions, row: int, application: int) -> None:
-    """Take over what an application has led to, as `ahead_of` says."""
+    """Copy the result of an application, in the layout of `ahead_of`, into the motion."""
     ahead, width = motions.ahead, motions.states.shape[1] - 1
     control, film = width + 1, width + 1 + CONTROL
     for column in range(width + 1):
@@ -282,10 +275,10 @@ def _take_over(motions: Motions, row: int, application: int) -> None:
 
 
 def _make_judge_motion(limit: Any, carry_out: Any) -> Any:
-    """Return the function (motions, row, memory, task) that judges what a motion has gone through.
+    """Return the function (motions, row, memory, task) that judges the applications of a motion.
 
-    One application after the other, until one moves the state: what comes after it is dropped. It
-    returns a Status, or a negative number where the search goes on.
+    It judges one after the other until a verdict moves the state, and drops the rest. It returns a
+    Status, or a negative number if the search goes on.
     """
 
     @jit
@@ -297,7 +290,7 @@ def _make_judge_motion(limit: Any, carry_out: Any) -> Any:
             if task.rtol > 0.0:
                 limit(motions, row, memory)
             outcome = carry_out(motions, row, memory, task)
-        if outcome == _STAYS and counts[OUTCOME] != OK:  # the way ended before the map did
+        if outcome == _STAYS and counts[OUTCOME] != OK:  # the next one failed
             _take_over(motions, row, used)
             used += 1
             outcome = counts[OUTCOME]
@@ -355,7 +348,7 @@ def _search_kernels(family: Family) -> _Kernels:
 
 
 def search_kernels(kinds: np.ndarray, physics: Physics) -> Iterator[FamilyKernel]:
-    """Yield the kernels that searches of points of these kinds (n, k) need; see `families.KIND`."""
+    """Yield the kernels of searches for points of these kinds (n, k), as in `families.KIND`."""
     task, width = Search(1.0, 1.0, 0, True), model_of(physics).width
     nobody = new_motions(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
     rows, memories = np.empty(0, np.int64), np.empty(0, search.memory_of(width))
@@ -367,8 +360,8 @@ def search_kernels(kinds: np.ndarray, physics: Physics) -> Iterator[FamilyKernel
 def settle(march: March, rows: np.ndarray, task: Search) -> None:
     """Bring the motions in these rows (m,) to their orbits, at phase 0.
 
-    Their outcomes are OK with the cycle and its contraction, or a Status: APERIODIC where a search
-    wanders, NOT_STATIONARY where its budget is spent.
+    Their outcome is OK, with the cycle and its contraction, APERIODIC if a search wanders,
+    NOT_STATIONARY if its budget is spent, or the Status of a failure.
     """
     march.motions.control[rows] = fresh_control(len(rows))
     for family, members in families(march.physics, march.motions.points[:, KINDS][rows]):
@@ -376,10 +369,10 @@ def settle(march: March, rows: np.ndarray, task: Search) -> None:
 
 
 def _settle(march: March, rows: np.ndarray, task: Search, family: Family) -> None:
-    """Settle rows (m,) of one family; a search that ends leaves its memory to the next point."""
+    """Settle rows (m,) of one family; when a search ends, the next point gets its memory."""
     motions, advance, (start, judge) = march.motions, march.advance(family), kernels_of(family)
     memories = np.zeros(min(len(rows), AT_A_TIME), search.memory_of(motions.width))
-    places = np.empty(len(motions.points), np.int64)  # among the memories, by row
+    places = np.empty(len(motions.points), np.int64)  # index among the memories, by row
     first, waiting = rows[: len(memories)], rows[len(memories) :]
     places[first] = np.arange(len(memories))
     start(motions, first, places, memories, task)

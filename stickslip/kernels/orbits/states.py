@@ -1,4 +1,4 @@
-"""States in rows and searches: small functions for the components of a model."""
+"""Small functions of the state for the components of a model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
-from stickslip.compiled.fields import make_map
+from stickslip.compiled.fields import make_map, make_tuple_reader
 from stickslip.model.state import Component
 
 
@@ -15,19 +15,19 @@ class StateFunctions(NamedTuple):
     """Compiled operations on a state y in the units of a point."""
 
     of_row: Callable[..., Any]
-    """(row): the state held by the first numbers of a row."""
+    """(row) -> the state in the first numbers of a row."""
 
     mirrored: Callable[..., Any]
-    """(y): the state half a period later in the mirror image of the motion."""
+    """(y) -> the state half a period later in the mirror image of the motion."""
 
     judged: Callable[..., Any]
-    """(y): the state in the weighted form in which its repetition is tested."""
+    """(y) -> the state in the weighted form in which its repetition is tested."""
 
     unjudged: Callable[..., Any]
-    """(z): the inverse of `judged`."""
+    """(z) -> the state, the inverse of `judged`."""
 
     moved: Callable[..., Any]
-    """(y, dx, du): the state shifted in x and u, with the components that follow them."""
+    """(y, dx, du) -> the state shifted in x and u, with the components that follow them."""
 
 
 @cache
@@ -52,7 +52,7 @@ def state_functions(components: tuple[Component, ...]) -> StateFunctions:
     moved = [f"y[{i}]{shifts[i if i < 2 else c.follows]}" for i, c in numbered]
 
     return StateFunctions(
-        of_row=made("of_row", "row", [f"row[{i}]" for i in range(width)]),
+        of_row=make_tuple_reader(width),
         mirrored=made("mirrored", "y", [f"{c.mirror} * y[{i}]" for i, c in numbered]),
         judged=made("judged", "y", [judged(i, c) for i, c in numbered]),
         unjudged=made("unjudged", "z", [unjudged(i, c) for i, c in numbered]),

@@ -1,8 +1,8 @@
-"""Motions watched one drive period at a time: orbits that close late, or never.
+"""Orbits that close late or never, watched one drive period at a time, for all methods.
 
-The same for all methods. A motion in which the search found no cycle is watched over a window of
-periods. If neighbouring motions nevertheless approach each other, it is on its way to a cycle after
-all, and the search goes on; otherwise it is aperiodic, and is measured as such.
+A motion in which the search found no cycle is watched over a window of periods. If neighbouring
+motions nevertheless approach each other, the motion is on its way to a cycle after all, and the
+search goes on. Otherwise it is aperiodic and is measured as such.
 """
 
 from __future__ import annotations
@@ -14,70 +14,59 @@ import numpy as np
 from stickslip.compiled.decorators import kernel_making_arrays
 from stickslip.kernels.parameter_rows import parameters_of, write_results
 from stickslip.measure.accumulate import FORCE_MAX, INTEGRALS, RECORD, STRESS_MAX
-from stickslip.measure.results import (
-    APERIODIC,
-    OK,
-    Measured,
-    relative_difference,
-)
+from stickslip.measure.results import APERIODIC, OK, Measured, relative_difference
 from stickslip.measure.window import Window, amplitudes_of, mean_in_order, statistics_of
 from stickslip.variables import RESULT_COLUMNS
 
-# Periods after which tangents point in the direction of fastest growth, and those over which their
-# growth is averaged; with more growth per period than the third number no cycle is near.
+# Tangents point in the direction of fastest growth after the first number of periods, and their
+# growth is averaged up to the second. If it is above the third per period, no cycle is near.
 _ALIGNING = 16
 _JUDGED = 128
 LEAST_GROWTH = -0.01
 
 RTOL = 1e-8
-"""Tolerance of the adaptive method when it carries tangents for motions of another method."""
+"""Tolerance of the adaptive method when it integrates tangents for motions of another method."""
 
 
 class Walk(Protocol):
     """Motions that advance one drive period at a time."""
 
     def states(self) -> np.ndarray:
-        """Return stroboscopic states (n, columns) as in finals: SI units, with the next step."""
-        ...
+        """Return stroboscopic states (n, columns) as in finals, in SI units, with the next step."""
 
     def next_period(self) -> np.ndarray:
         """Advance by a period; return its records (n, RECORD) as a stretch, in SI units."""
-        ...
 
     def outcomes(self) -> np.ndarray:
-        """Return the Status (n,) of each so far, OK while it goes on."""
-        ...
+        """Return the Status (n,) of each motion, OK while it goes on."""
 
 
 class DivisibleWalk(Walk, Protocol):
     """Motions that can be split, so that some may end before others."""
 
     def part(self, which: np.ndarray) -> DivisibleWalk:
-        """Return the walk of some of the motions alone, from where they are."""
-        ...
+        """Return the walk of some of the motions, from their present states."""
 
 
 class TangentWalk(Walk, Protocol):
-    """Motions with tangent vectors, each of which may end on its own."""
+    """Motions with tangent vectors, each of which may end separately."""
 
     def growth(self) -> np.ndarray:
         """Return the logarithms (n,) of the growth of tangent vectors over the last period."""
-        ...
 
     def stop(self, which: np.ndarray) -> None:
-        """Leave those motions (n,) where they are: their outcome is PENDING from now on."""
-        ...
+        """Stop these motions (n,) where they are, with the outcome PENDING."""
 
 
 class Watched(NamedTuple):
-    """n motions that were watched; amplitudes are those of stress [Pa] and force [N].
+    """The results of watching n motions, with amplitudes of stress [Pa] and force [N].
 
-    `records` (n, RECORD) of the window, and the `uncertainties` (n, RECORD) of their INTEGRALS as
-    means over such windows, 0 for motions that are not aperiodic; its `lengths` (n,) in drive
-    periods; `begins` and `ends` (n, columns), the states before and after it, as finals; `means`,
-    `errors` and `spreads` (n, 2) of the amplitudes of single periods; `exponents` (n,), the growth
-    of tangent vectors per period; `aperiodic` (n,), a flag, without which the statistics are NaN;
-    `periods` (n,) that it took.
+    `records` (n, RECORD) are of the window. The `uncertainties` (n, RECORD) of their INTEGRALS
+    refer to means over such windows, and are 0 if a motion is not aperiodic. `lengths` (n,) of the
+    window are in drive periods. `begins` and `ends` (n, columns) are the states before and after
+    it, as finals. `means`, `errors` and `spreads` (n, 2) belong to the amplitudes of single
+    periods. `exponents` (n,) are the growth of tangent vectors per period. `aperiodic` (n,) is a
+    flag, without which the statistics are NaN. `periods` (n,) are the periods watched.
     """
 
     records: np.ndarray
@@ -93,15 +82,16 @@ class Watched(NamedTuple):
     periods: np.ndarray
 
     def part(self, which: np.ndarray) -> Watched:
-        """Return some of them."""
+        """Return the results of some of the motions."""
         return Watched(*(column[which] for column in self))
 
 
 def watch(walk: TangentWalk, length: int, *, decisive: bool = False) -> Watched:
     """Watch motions over a window of `length` drive periods, each until its kind is known.
 
-    A motion whose neighbours approach it ends early, and is aperiodic only if the watch is
-    `decisive`, after a search that still found no cycle. A motion that fails ends at once.
+    The watch of a motion whose neighbours approach it ends early. The motion then counts as
+    aperiodic only if the watch is `decisive`, after a second search without a cycle. The watch of a
+    motion that fails ends at once.
     """
     begins, after, total = walk.states(), walk.states(), max(length, _JUDGED)
     window, periods, grown = Window(len(begins)), np.zeros(len(begins), np.int64), []
@@ -144,9 +134,9 @@ def _grows(grown: list[np.ndarray]) -> np.ndarray:
 
 
 def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:
-    """Return the standard deviations (n, 2) of stress and force amplitudes of an orbit's periods.
+    """Return the standard deviations (n, 2) of stress and force amplitudes over an orbit's periods.
 
-    `periods` (n,) after which the orbits close; the result is 0 for one.
+    The orbits close after `periods` (n,); the result is 0 for one period.
     """
     longest, rows = int(periods.max(initial=0)), np.arange(len(periods))
     singles = np.zeros((longest, len(periods), 2))
@@ -165,8 +155,8 @@ def write_relative_errors(
 ) -> None:
     """Write the relative errors (n,) of mean amplitudes (n, 2) of stress and force.
 
-    From their absolute `errors` (n, 2): the larger one, as for orbits with these amplitudes and an
-    error in one extremum.
+    Each is the larger of the two errors that follow from the absolute `errors` (n, 2), as for an
+    orbit with these amplitudes and an error in one extremum.
     """
     exact, blurred = np.zeros(RECORD), np.zeros(RECORD)
     for i in range(points.shape[0]):

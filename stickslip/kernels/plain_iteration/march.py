@@ -1,4 +1,4 @@
-"""Motions taken from period to period by the march that a method supplies, and their walks."""
+"""Motions that the march of a method takes from period to period, and their walks."""
 
 from __future__ import annotations
 
@@ -25,43 +25,39 @@ from stickslip.status import Status
 PENDING = int(Status.PENDING)
 
 WIDTH = len(STATE)
-"""State variables: the strain follows instantly."""
+"""The number of state variables; the strain follows instantly."""
 
 
 class March(Protocol):
     """Points (n,) that a method takes through drive periods with a fixed step."""
 
     def states(self) -> np.ndarray:
-        """Return the current states (x, v, phi) in SI units, (n, 3)."""
-        ...
+        """Return the present states (x, v, phi) in SI units, (n, 3)."""
 
     def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
         """Take the points with the indices `which` (m,) through a drive period from phase 0.
 
-        Each in at most `limits` (m,) steps, with a record if `measured`. Returns the Status (m,):
-        OK at the end of the period, STEP_LIMIT or DIVERGED.
+        Each takes at most `limits` (m,) steps, with a record if `measured`. Return the Status (m,),
+        which is OK at the end of the period, or STEP_LIMIT or DIVERGED.
         """
-        ...
 
     def clear_records(self, which: np.ndarray) -> None:
         """Clear the records of the points with the indices `which` (m,)."""
-        ...
 
     def records(self, closed: bool = True) -> np.ndarray:
         """Return the records (n, RECORD) in SI units, of orbits if `closed`, else of stretches."""
-        ...
 
 
 MakeMarch = Callable[[np.ndarray, np.ndarray, np.ndarray, Physics], March]
-"""(points, steps, states, physics): the march of points (n, parameters) in SI units from the states
-(n, 3), (x, v, phi), at phase 0, with `steps` (n,) a drive period."""
+"""(points, steps, states, physics) -> the march of points (n, parameters) in SI units from states
+(n, 3), (x, v, phi), at phase 0, with `steps` (n,) per drive period."""
 
 
 class PlainMarch:
-    """The motions of points (n, parameters), taken along by a march of whole drive periods.
+    """The motions of points (n, parameters), which a march advances by whole drive periods.
 
-    `starts` (n, columns) are initial states, as finals; a row of NaN stands for the point's own.
-    `own` is the march of the method, `periods` (n,) counts what it has done.
+    `starts` (n, columns) are initial states, as finals; a row of NaN stands for the start of the
+    point. `own` is the march of the method, and `periods` (n,) counts its periods.
     """
 
     per_period = 1
@@ -76,13 +72,14 @@ class PlainMarch:
         write_steps(points, settings.dt, self._steps)
         write_starts(points, states)
         elsewhere = ~np.isnan(starts[:, 0])
-        states[elsewhere] = states_of(starts[elsewhere])
+        given = starts[elsewhere]
+        states[elsewhere] = np.column_stack([given[:, 0], given[:, 1], np.exp(given[:, 2])])
         self.own = make_march(points, self._steps, states, options.physics)
         self._left = np.full(count, settings.max_steps)
         self.periods = np.zeros(count, np.int64)
 
-    def advance(self, family: Family) -> Callable[[np.ndarray], np.ndarray]:  # noqa: ARG002 - as others
-        """Return the function that takes rows (m,) a period further, all of them."""
+    def advance(self, family: Family) -> Callable[[np.ndarray], np.ndarray]:  # noqa: ARG002 - March
+        """Return the function that takes all its rows (m,) a period further."""
 
         def period(which: np.ndarray) -> np.ndarray:
             self.next_period(which, measured=False)
@@ -95,7 +92,7 @@ class PlainMarch:
         return period
 
     def next_period(self, which: np.ndarray, *, measured: bool) -> np.ndarray:
-        """Take some points (m,) through a period; return those that did not fail."""
+        """Take some points (m,) through a period; return the points that did not fail."""
         counts = self.motions.counts
         self.periods[which] += 1
         outcome = self.own.period(which, self._left[which], measured=measured)
@@ -105,21 +102,21 @@ class PlainMarch:
         return which[outcome == OK]
 
     def finals(self) -> np.ndarray:
-        """Return the current states (n, columns) as in finals: SI units, with the next step."""
+        """Return the present states (n, columns) as in finals, in SI units, with the next step."""
         return finals_of(self.points, self.own.states())
 
     def walk(self, rows: np.ndarray) -> PlainWalk:
-        """Return the motions in these rows (m,), to be advanced by drive periods."""
+        """Return the motions in these rows (m,), which advance by drive periods."""
         return PlainWalk(self, rows)
 
     def rejoin(self, rows: np.ndarray, walk: PlainWalk) -> None:
-        """Let the motions go on from where a walk has led: they have gone along."""
+        """Do nothing, as a walk has moved the motions."""
 
 
 class PlainWalk:
     """The `rows` (m,) of a march, which go on from their present states.
 
-    The adaptive method carries the tangents, from each state to a period later.
+    The adaptive method integrates the tangents from each state over a period.
     """
 
     def __init__(self, march: PlainMarch, rows: np.ndarray) -> None:
@@ -141,7 +138,7 @@ class PlainWalk:
         return own.records(closed=False)[self._rows]
 
     def part(self, which: np.ndarray) -> PlainWalk:
-        """Return the walk of these motions alone, from where they are."""
+        """Return the walk of these motions only, from their present states."""
         return PlainWalk(self._march, self._rows[which])
 
     def growth(self) -> np.ndarray:
@@ -159,7 +156,7 @@ class PlainWalk:
         return self._march.motions.counts[self._rows, OUTCOME]
 
     def stop(self, which: np.ndarray) -> None:
-        """Leave these motions where they are, with the outcome PENDING."""
+        """Stop these motions where they are, with the outcome PENDING."""
         stopped = self._rows[which & (self.outcomes() == OK)]
         self._march.motions.counts[stopped, OUTCOME] = PENDING
 
@@ -169,7 +166,7 @@ class PlainWalk:
 
 @kernel
 def write_steps(points: np.ndarray, dt: float, steps: np.ndarray) -> None:
-    """Write the number of steps per period, which divide it evenly, each of at most `dt`."""
+    """Write the number of equal steps per period, each of at most `dt`."""
     for i in range(points.shape[0]):
         steps[i] = math.ceil(drive.period(parameters_of(points[i])) / dt)
 
@@ -183,7 +180,7 @@ def write_starts(points: np.ndarray, states: np.ndarray) -> None:
 
 
 def finals_of(points: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Return states (n, 3), (x, v, phi), as finals (n, columns): (x, v, ln phi), the next step."""
+    """Return states (n, 3), (x, v, phi), as finals (n, columns), (x, v, ln phi) and next step."""
     finals = np.empty((len(points), states.shape[1] + 1))
     _write_finals(points, states, finals)
     return finals
@@ -195,8 +192,3 @@ def _write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) ->
         finals[i, 0], finals[i, 1] = states[i, 0], states[i, 1]
         finals[i, 2] = math.log(states[i, 2])
         finals[i, 3] = FIRST_STEP * drive.period(parameters_of(points[i]))
-
-
-def states_of(finals: np.ndarray) -> np.ndarray:
-    """Return the states (x, v, phi), shape (n, 3), of finals (n, columns)."""
-    return np.column_stack([finals[:, 0], finals[:, 1], np.exp(finals[:, 2])])

@@ -1,9 +1,9 @@
-"""Stationary orbits by plain iteration: settle, measure, compare with the adaptive method.
+"""Stationary orbits by plain iteration, which are compared with the adaptive method.
 
-For every march, tangents and reference orbits are computed by the adaptive method. A step changes
-not only the measurement of a cycle but the cycle itself: if the orbit attracts slowly, a small
-error of the map is a large offset of its fixed point. So the comparison is with the orbit on which
-the adaptive method settles from the same state, not with its path over the fixed-step one.
+For every march the adaptive method computes tangents and reference orbits. A finite step changes
+not only the measurement of a cycle but also the cycle. If the orbit attracts slowly, a small error
+of the map is a large offset of its fixed point. So the comparison is with the orbit on which the
+adaptive method settles from the same state, and not with its path along the fixed-step orbit.
 """
 
 from __future__ import annotations
@@ -35,19 +35,18 @@ from stickslip.status import Status
 
 INACCURATE = int(Status.INACCURATE)
 
-# The reference's own error at the paper's step is 1e-9.
+# The error of the reference at the paper's step is 1e-9.
 _RTOL = 1e-9
 _MAX_STEPS = 20_000_000
 
-
-# The difference of two records counts both extrema; an amplitude is half of their difference.
+# The difference of two records contains both extrema, but an amplitude is half their difference.
 _AMPLITUDE_PART = 0.5
 
 
 def reference_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
     """Yield the kernels of the reference orbits of points of these kinds (n, k).
 
-    There are none if the noise is stochastic.
+    There are none with stochastic noise.
     """
     if not options.physics.chance:
         yield from adaptive.family_kernels(kinds, options)
@@ -63,7 +62,8 @@ def write_orbits(
 ) -> None:
     """Compute stationary orbits by a march; arrays as in `adaptive.driver.orbits`.
 
-    The error estimate compares with the orbit on which the adaptive method settles from there.
+    The error estimate compares each orbit with the one on which the adaptive method settles from
+    there.
     """
     settings, march = options.settings(), PlainMarch(make_march, points, starts, options)
     task = Search(0.0, settings.stationary_rtol, 2 * settings.max_periods, False, per_period=1)
@@ -74,7 +74,7 @@ def write_orbits(
     ends, records = march.own.states(), march.own.records()
     finals[:] = finals_of(points, begins)
     known = settle_from(points, finals, statuses, options)
-    records[statuses != OK] = 0.0  # what a march left there that did not come to its end
+    records[statuses != OK] = 0.0  # an unfinished march leaves numbers there
     errors, uncertainties = np.empty(len(points)), np.zeros_like(records)
     write_errors(points, records, known.records, errors)
     integrals = list(INTEGRALS)
@@ -102,7 +102,7 @@ def write_orbits(
 
 
 def _measure(march: PlainMarch, cycles: np.ndarray) -> None:
-    """Take the settled motions once over their orbits of so many periods (n,)."""
+    """Take the settled motions once over their orbits of `cycles` (n,) periods."""
     pending, done = np.flatnonzero(march.motions.counts[:, OUTCOME] == OK), 0
     march.own.clear_records(pending)
     while len(pending := pending[cycles[pending] > done]):
@@ -110,10 +110,10 @@ def _measure(march: PlainMarch, cycles: np.ndarray) -> None:
 
 
 def _spreads(march: PlainMarch, statuses: np.ndarray, cycles: np.ndarray) -> np.ndarray:
-    """Return the standard deviations (n, 2) of amplitudes of single drive periods, SI units."""
+    """Return standard deviations (n, 2) of the amplitudes of single drive periods, in SI units."""
     spreads = np.zeros((len(statuses), 2))
     rows = np.flatnonzero((statuses == OK) & (cycles > 1))
-    if len(rows):  # once more over the orbit
+    if len(rows):  # this goes over the orbit once more
         spreads[rows] = spreads_of(march.walk(rows), cycles[rows])
     return spreads
 
@@ -124,7 +124,7 @@ def _spreads(march: PlainMarch, statuses: np.ndarray, cycles: np.ndarray) -> np.
 class Known(NamedTuple):
     """Reference values of n orbits.
 
-    `records` (n, RECORD) in SI units, and their `integrals` (n, INTEGRALS) per half period;
+    `records` (n, RECORD) are in SI units, their `integrals` (n, INTEGRALS) per half period;
     `symmetric` (n,); Floquet `multipliers` (n,).
     """
 
@@ -139,8 +139,8 @@ def settle_from(
 ) -> Known:
     """Return the orbits on which the adaptive method settles from stroboscopic states.
 
-    `points` (n, parameters); `finals` (n, columns). Where it finds none, the status in `statuses`
-    (n,) is changed to the reason.
+    `points` (n, parameters); `finals` (n, columns). If it finds none, `statuses` (n,) gets the
+    reason.
     """
     physics, halves = options.physics, 2 * options.max_periods
     conversion = conversion_of(physics)
@@ -169,7 +169,7 @@ def settle_from(
 def write_errors(
     points: np.ndarray, records: np.ndarray, references: np.ndarray, errors: np.ndarray
 ) -> None:
-    """Write the errors (n,) of amplitudes from `records` (n, RECORD) and those of `references`."""
+    """Write the errors (n,) of amplitudes, from `records` and `references` (n, RECORD)."""
     for i in range(points.shape[0]):
         difference = relative_difference(parameters_of(points[i]), records[i], references[i])
         errors[i] = _AMPLITUDE_PART * difference
