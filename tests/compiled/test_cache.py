@@ -1,4 +1,4 @@
-"""The cache of compiled code, damaged or contended: the right numbers, and a warning at most."""
+"""The cache of compiled code gives the right numbers, even if it is damaged or contended."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from support.package import ENDED, PACKAGE, copy_of_package, run_python, start_p
 from stickslip.compiled import cache as compiled_cache
 from stickslip.compiled import decorators
 
-# The smallest kernel of the package in a fresh interpreter: it is compiled in half a second.
+# The smallest kernel of the package, which takes half a second to compile, in a fresh interpreter.
 # Its ln(phi) comes from model/noise.py.
 SMALL_KERNEL = """
 import numpy as np
@@ -38,7 +38,7 @@ LOG_PHI = -26.2318641
 
 
 def run_small_kernel(cache: Path, package: Path = PACKAGE) -> tuple[float, int, int, str]:
-    """ln(phi), hits and misses of the cache, and what was warned."""
+    """Return ln(phi), hits and misses of the cache, and the warnings."""
     out, err = run_python(SMALL_KERNEL, cache, package)
     value, hits, misses = out.split()
     return float(value), int(hits), int(misses), err
@@ -46,7 +46,7 @@ def run_small_kernel(cache: Path, package: Path = PACKAGE) -> tuple[float, int, 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """An empty cache, for kernels that are declared in this process."""
+    """An empty cache for the kernels of this process."""
     monkeypatch.setattr(numba_config, "CACHE_DIR", str(tmp_path / "cache"))
     compiled_cache.warn_once.cache_clear()
     yield tmp_path / "cache"
@@ -54,7 +54,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def new_kernel() -> Any:
-    """x -> 3 x + 1, declared as in a process that has not done so yet."""
+    """Declare x -> 3 x + 1, as in a process that has not done so yet."""
 
     def tiny(x: float) -> float:
         return 3.0 * x + 1.0
@@ -65,7 +65,7 @@ def new_kernel() -> Any:
 
 
 def use() -> tuple[float, int, list[str]]:
-    """The answer of a new kernel to 2, how often it came from the cache, and what was warned."""
+    """Return the result of a new kernel for 2, its hits of the cache, and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         kernel = new_kernel()
@@ -73,28 +73,13 @@ def use() -> tuple[float, int, list[str]]:
     return value, sum(kernel.stats.cache_hits.values()), [str(w.message) for w in caught]
 
 
-@pytest.mark.stress
-@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
-def test_compiling_says_nothing(method: str, tmp_path: Path) -> None:
-    """LLVM would complain of a loop over lanes that it cannot turn into vectors."""
-    code = (
-        "import numpy as np\n"
-        "from stickslip.options import Options\n"
-        "from stickslip.orbit import prepare_kernels\n"
-        f"options = Options(method={method!r})\n"
-        "kinds = np.array([[-2 / 3, 0.0], [0.0, 0.0]])\n"
-        "prepare_kernels(options, kinds)\n"
-    )
-    assert run_python(code, tmp_path / "cache") == ("", "")
-
-
-def the(cache: Path, suffix: str) -> Path:
+def only_file(cache: Path, suffix: str) -> Path:
     (path,) = cache.rglob(f"*.{suffix}")
     return path
 
 
 def hash_of(package: Path) -> str:
-    """The source hash that a package computes of itself, from its own cache.py."""
+    """Return the source hash that the cache.py of a package computes."""
     spec = importlib.util.spec_from_file_location(
         "compiled_copy", package / "compiled" / "cache.py"
     )
@@ -108,7 +93,7 @@ def hash_of(package: Path) -> str:
 # --- the hash ------------------------------------------------------------------------------------
 
 
-def test_the_hash_is_that_of_the_names_and_contents_of_all_sources(tmp_path: Path) -> None:
+def test_the_hash_covers_the_names_and_contents_of_all_sources(tmp_path: Path) -> None:
     package, own = copy_of_package(tmp_path), compiled_cache.source_hash()
     assert hash_of(package) == own
     assert len(own) == 64
@@ -121,18 +106,18 @@ def test_the_hash_is_that_of_the_names_and_contents_of_all_sources(tmp_path: Pat
     assert hash_of(package) != own
 
 
-# --- folders in which others could have put code -------------------------------------------------
+# --- folders into which others could have put code -----------------------------------------------
 
 
-def of_another_user(folder: Path) -> None:
+def give_away(folder: Path) -> None:
     if os.geteuid() != 0:
         pytest.skip("only root can give a folder away")
     os.chown(folder, 65534, 65534)
 
 
 PLANTED: dict[str, tuple[Callable[[Path], None], str]] = {
-    "of another user": (of_another_user, "belongs to another user"),
-    "in one of another user": (lambda folder: of_another_user(folder.parent), "another user"),
+    "of another user": (give_away, "belongs to another user"),
+    "in a folder of another user": (lambda folder: give_away(folder.parent), "another user"),
     "others can write": (lambda folder: folder.chmod(0o777), "others can write into"),
     "its group can write": (lambda folder: folder.chmod(0o770), "others can write into"),
     "others can exchange it": (lambda folder: folder.parent.chmod(0o777), "others can exchange"),
@@ -141,12 +126,12 @@ PLANTED: dict[str, tuple[Callable[[Path], None], str]] = {
 
 
 @pytest.mark.parametrize("case", PLANTED)
-def test_code_that_another_user_could_have_put_there_is_not_run(
+def test_code_that_another_user_could_have_planted_is_not_run(
     cache: Path, case: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert use() == (7.0, 0, [])
     assert use() == (7.0, 1, [])
-    plant, told = PLANTED[case]
+    plant, reason = PLANTED[case]
     folder = compiled_cache.cache_folder()
     monkeypatch.setattr(compiled_cache, "cache_folder", lambda: folder)
     plant(folder)
@@ -155,10 +140,10 @@ def test_code_that_another_user_could_have_put_there_is_not_run(
     value, hits, (warning,) = use()
     assert (value, hits) == (7.0, 0)
     assert warning.startswith("compiled code is not cached: ")
-    assert told in warning
+    assert reason in warning
 
 
-def test_in_a_folder_that_users_share_each_has_one_of_their_own(cache: Path) -> None:
+def test_in_a_shared_folder_each_user_has_a_private_one(cache: Path) -> None:
     cache.mkdir()
     cache.chmod(0o1777)
     assert use() == (7.0, 0, [])
@@ -168,11 +153,11 @@ def test_in_a_folder_that_users_share_each_has_one_of_their_own(cache: Path) -> 
     assert folder.stat().st_mode & 0o777 == 0o700
 
 
-# --- edits and damage, seen by new processes -----------------------------------------------------
+# --- edits of the sources, and new processes -----------------------------------------------------
 
 
 @pytest.mark.slow
-def test_code_that_is_loaded_imports_nothing_that_compiles(tmp_path: Path) -> None:
+def test_loading_code_does_not_import_the_compiler(tmp_path: Path) -> None:
     code = SMALL_KERNEL + (
         "import sys\n"
         "print('numba.np.arraymath' in sys.modules, 'scipy.linalg' in sys.modules)\n"
@@ -186,7 +171,7 @@ def test_code_that_is_loaded_imports_nothing_that_compiles(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_another_installation_finds_the_code_of_the_same_sources(tmp_path: Path) -> None:
+def test_another_installation_of_the_same_sources_finds_their_code(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     first = run_small_kernel(cache)
     elsewhere = run_small_kernel(cache, copy_of_package(tmp_path))
@@ -196,25 +181,24 @@ def test_another_installation_finds_the_code_of_the_same_sources(tmp_path: Path)
 
 @pytest.mark.slow
 def test_an_edit_of_the_physics_is_compiled_even_with_a_warm_cache(tmp_path: Path) -> None:
-    package = copy_of_package(tmp_path)
-    cache = tmp_path / "cache"
+    package, cache = copy_of_package(tmp_path), tmp_path / "cache"
     before = run_small_kernel(cache, package)
     noise = package / "model" / "noise.py"
     old = noise.read_text()
     noise.write_text(old.replace("0.5 * math.exp(", "0.5 * math.e**2 * math.exp("))
     assert noise.read_text() != old
     after = run_small_kernel(cache, package)
-    # The limiting term is linear: phi goes with the root of the intensity.
+    # The limiting term is linear, so phi is proportional to the root of the intensity.
     assert after[0] == pytest.approx(before[0] + 1.0, rel=1e-12)
 
 
 @pytest.mark.slow
-def test_without_a_cache_folder_code_is_compiled_and_kept_nowhere(tmp_path: Path) -> None:
+def test_without_a_cache_folder_code_is_compiled_and_not_stored(tmp_path: Path) -> None:
     package = copy_of_package(tmp_path)
     obstacle = tmp_path / "file"
     obstacle.write_text("not a folder")
     assert run_small_kernel(obstacle, package)[0] == pytest.approx(LOG_PHI, abs=1e-6)
-    assert not list(tmp_path.rglob("*.nb[ci]"))  # Numba's own would be found by other sources
+    assert not list(tmp_path.rglob("*.nb[ci]"))  # other sources would find files of Numba's cache
 
 
 # --- damage --------------------------------------------------------------------------------------
@@ -231,7 +215,7 @@ def noise(data: bytes) -> bytes:
 
 
 def without_a_page(data: bytes) -> bytes:
-    """What a power cut may leave; without the checksum the code would crash this process."""
+    """Return what a power cut may leave; without a checksum the code would crash this process."""
     middle = len(data) // 2
     return data[: middle - 64] + bytes(128) + data[middle + 64 :]
 
@@ -254,24 +238,26 @@ DAMAGE: dict[str, Damage] = {
 @pytest.mark.parametrize("kind", DAMAGE)
 def test_a_damaged_file_costs_a_compilation(cache: Path, suffix: str, kind: str) -> None:
     assert use() == (7.0, 0, [])
-    path = the(cache, suffix)
+    path = only_file(cache, suffix)
     path.write_bytes(DAMAGE[kind](path.read_bytes()))
-    value, hits, told = use()
+    value, hits, warned = use()
     assert (value, hits) == (7.0, 0)
-    assert len(told) <= 1
-    assert all(line.startswith("the cache of compiled code is damaged") for line in told)
-    assert use() == (7.0, 1, [])  # made anew
+    assert len(warned) <= 1
+    assert all(line.startswith("the cache of compiled code is damaged") for line in warned)
+    assert use() == (7.0, 1, [])  # it was stored again
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
 def test_a_missing_file_costs_a_compilation(cache: Path, suffix: str) -> None:
     assert use() == (7.0, 0, [])
-    the(cache, suffix).unlink()
+    only_file(cache, suffix).unlink()
     assert use() == (7.0, 0, [])
     assert use() == (7.0, 1, [])
 
 
-def test_a_cache_of_another_numba_is_not_used(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cache_of_another_numba_version_is_not_used(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with monkeypatch.context() as earlier:
         earlier.setattr("numba.__version__", "0.1")
         use()
@@ -284,28 +270,28 @@ def test_a_cache_of_another_numba_is_not_used(cache: Path, monkeypatch: pytest.M
 
 def test_a_folder_that_vanishes_is_made_again(cache: Path) -> None:
     kernel = new_kernel()
-    shutil.rmtree(cache)  # whoever tidies up, between the start and the first call
+    shutil.rmtree(cache)  # as someone who tidies up may do before the first call
     assert kernel(2.0) == 7.0
     assert use() == (7.0, 1, [])
 
 
-def test_a_folder_that_becomes_read_only_still_serves(cache: Path) -> None:
+def test_a_folder_that_becomes_read_only_does_no_harm(cache: Path) -> None:
     use()
-    folder = the(cache, "nbi").parent
+    folder = only_file(cache, "nbi").parent
     folder.chmod(0o500)
     if os.access(folder, os.W_OK):
         pytest.skip("this user can write to a read-only folder")
     try:
-        value, _, told = use()
+        value, _, warned = use()
     finally:
         folder.chmod(0o700)
     assert value == 7.0
-    assert len(told) <= 1
+    assert len(warned) <= 1
 
 
 @contextlib.contextmanager
 def full_disk(monkeypatch: pytest.MonkeyPatch, call: str, code: int) -> Iterator[None]:
-    """A disk on which this call fails, where it writes."""
+    """Let this call fail whenever it writes."""
 
     def refuse(path: str, *how: str) -> Any:
         if how == ("rb",):
@@ -319,14 +305,13 @@ def full_disk(monkeypatch: pytest.MonkeyPatch, call: str, code: int) -> Iterator
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EROFS])
 @pytest.mark.parametrize("call", ["open", "os.replace"])
-def test_a_disk_that_takes_nothing_costs_a_warning(
+def test_a_disk_that_cannot_be_written_costs_a_warning(
     cache: Path, monkeypatch: pytest.MonkeyPatch, call: str, code: int
 ) -> None:
     with full_disk(monkeypatch, call, code):
-        value, hits, told = use()
+        value, hits, (warning,) = use()
     assert (value, hits) == (7.0, 0)
-    assert len(told) == 1
-    assert os.strerror(code) in told[0]
+    assert os.strerror(code) in warning
     assert not list(cache.rglob("*.tmp.*"))
     assert use() == (7.0, 0, [])
     assert use() == (7.0, 1, [])
@@ -337,23 +322,19 @@ def test_a_damaged_cache_on_a_full_disk_costs_warnings(
     cache: Path, monkeypatch: pytest.MonkeyPatch, call: str
 ) -> None:
     use()
-    path = the(cache, "nbi")
+    path = only_file(cache, "nbi")
     path.write_bytes(noise(path.read_bytes()))
     with full_disk(monkeypatch, call, errno.EROFS):
-        value, hits, told = use()
+        value, hits, warned = use()
     assert (value, hits) == (7.0, 0)
-    assert 1 <= len(told) <= 2  # one of reading, one of writing
+    assert 1 <= len(warned) <= 2  # one for reading, one for writing
 
 
 # --- several processes at once -------------------------------------------------------------------
 
 
-def start(cache: Path) -> subprocess.Popen[str]:
-    return start_python(SMALL_KERNEL, cache)
-
-
 def ended(process: subprocess.Popen[str]) -> tuple[int, float, int, str]:
-    """The exit code, ln(phi), hits of the cache, and what was warned."""
+    """Return the exit code, ln(phi), hits of the cache, and the warnings."""
     out, err = process.communicate(timeout=ENDED)
     value, hits, _ = out.split() if out else ("nan", "0", "0")
     return process.returncode, float(value), int(hits), err
@@ -363,17 +344,18 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, float, int, str]:
 @pytest.mark.parametrize("damaged", [False, True])
 def test_eight_processes_at_once_agree_and_leave_a_good_cache(cache: Path, damaged: bool) -> None:
     if damaged:
-        ended(start(cache))
-        for path in (the(cache, "nbi"), the(cache, "nbc")):
+        run_small_kernel(cache)
+        for path in (only_file(cache, "nbi"), only_file(cache, "nbc")):
             path.write_bytes(noise(path.read_bytes()))
-    results = [ended(process) for process in [start(cache) for _ in range(8)]]
+    processes = [start_python(SMALL_KERNEL, cache) for _ in range(8)]
+    results = [ended(process) for process in processes]
     values = {value for _, value, _, _ in results}
     assert len(values) == 1
     assert values.pop() == pytest.approx(LOG_PHI, abs=1e-6)
-    for code, _, _, told in results:
+    for code, _, _, warned in results:
         assert code == 0
-        assert told.count("Warning") <= 1
-        assert "Traceback" not in told
-        assert damaged or told == ""
-    assert ended(start(cache))[2:] == (1, "")
+        assert warned.count("Warning") <= 1
+        assert "Traceback" not in warned
+        assert damaged or warned == ""
+    assert run_small_kernel(cache)[1:] == (1, 0, "")
     assert not list(cache.rglob("*.tmp.*"))

@@ -1,4 +1,4 @@
-"""The hash of functions changes with what they do, and with nothing else."""
+"""The hash of functions changes with their behaviour, and with nothing else."""
 
 from __future__ import annotations
 
@@ -43,19 +43,19 @@ def hash_of(source: str, name: str = "law", around: Callable[[Any], Any] = lambd
         ("helper(u) *", "helper(-u) *"),
     ],
 )
-def test_any_change_of_what_a_function_does_changes_the_hash(text: str, other: str) -> None:
+def test_any_change_of_behaviour_changes_the_hash(text: str, other: str) -> None:
     assert text in SOURCE
     assert hash_of(SOURCE.replace(text, other)) != hash_of(SOURCE)
 
 
-def test_where_code_stands_and_who_compiles_it_changes_nothing() -> None:
+def test_the_place_and_the_compiler_of_code_do_not_change_the_hash() -> None:
     moved = "# elsewhere\n\nOTHER = [1]\n" + SOURCE
     assert hash_of(moved) == hash_of(SOURCE)
     assert hash_of(SOURCE, around=inline) == hash_of(SOURCE, around=numba.njit) == hash_of(SOURCE)
 
 
 @pytest.mark.parametrize("flags", ["fastmath=True", "fastmath={'contract', 'arcp', 'nnan'}"])
-def test_the_flags_of_what_a_function_calls_count(flags: str) -> None:
+def test_the_flags_of_a_called_function_count(flags: str) -> None:
     def compiled(flags: str) -> str:
         return SOURCE.replace("def helper", f"import numba\n\n@numba.njit({flags})\ndef helper")
 
@@ -70,6 +70,6 @@ def test_closures_count() -> None:
 
 
 @pytest.mark.parametrize("value", ["[1.0]", "{}", "__import__('json')", "object()"])
-def test_a_reference_whose_changes_it_could_not_see_is_refused_by_name(value: str) -> None:
+def test_a_reference_that_may_change_unnoticed_is_refused_by_name(value: str) -> None:
     with pytest.raises(TypeError, match=r"`SIZE`, to which helper refers, is of the type"):
         hash_of(SOURCE.replace("SIZE = 2.0", f"SIZE = {value}"))

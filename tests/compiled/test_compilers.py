@@ -1,4 +1,4 @@
-"""Parts have no machine code of their own, and are in kernels what they are alone."""
+"""Parts have no separate machine code, and give the same results in kernels as alone."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stickslip.compiled.decorators import inline, jit, named_kernel
 
 
 def _series(x: float, terms: int = 3) -> float:
-    """Long enough to be rounded differently by a compiler that is allowed to."""
+    """Return a sum that another compilation could round differently."""
     total = 1.0
     for i in range(terms, 0, -1):
         total = 1.0 + x * total / i
@@ -28,11 +28,11 @@ def _sums(x: np.ndarray, out: np.ndarray) -> None:
         out[i] = double(series(x[i])) + series(x[i], 7) + series(x=x[i], terms=9)
 
 
-# Compiled by each process: a kernel from the cache tells nothing of its parts.
+# Each process compiles this, because a kernel from the cache does not show its parts.
 sums = named_kernel(f"tests: sums of parts in {os.getpid()}", _sums)
 
 
-def test_a_part_is_called_from_python_as_it_is_from_a_kernel() -> None:
+def test_a_part_gives_python_the_results_that_it_gives_a_kernel() -> None:
     x, out = np.linspace(-2.0, 2.0, 9), np.empty(9)
     sums(x, out)
     assert out.tolist() == [double(series(v)) + series(v, 7) + series(x=v, terms=9) for v in x]
@@ -58,7 +58,7 @@ def falls(n: int) -> int:
 
 
 def test_code_inside_a_kernel_is_used_by_no_other_code() -> None:
-    # There the optimiser drops the first argument, which a caller from elsewhere passes.
+    # In the kernel the optimiser drops the first argument, which other callers pass.
     def _falls(out: np.ndarray) -> None:
         for i in range(len(out)):
             out[i] = falls(i)
@@ -69,7 +69,7 @@ def test_code_inside_a_kernel_is_used_by_no_other_code() -> None:
 
 
 @pytest.mark.parametrize("collecting", [True, False])
-def test_a_compilation_leaves_the_collection_of_garbage_as_it_was(collecting: bool) -> None:
+def test_a_compilation_leaves_garbage_collection_as_it_was(collecting: bool) -> None:
     kernel = named_kernel(f"tests: collecting {collecting} in {os.getpid()}", _sums)
     if not collecting:
         gc.disable()

@@ -1,4 +1,4 @@
-"""The house decorators: their flags, one signature a kernel, one name a kernel."""
+"""The decorators and their flags; a kernel has one signature and one name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stickslip.parameters import Parameters
 # --- flags ---------------------------------------------------------------------------------------
 
 
-def test_nothing_is_compiled_with_the_flags_that_let_nan_pass() -> None:
+def test_no_function_is_compiled_with_flags_that_let_nan_pass() -> None:
     for compiler in (decorators.jit, decorators.inline):
         function = compiler(lambda error: error <= 1.0)
         assert not function(float("nan"))
@@ -69,7 +69,7 @@ def make_constant(value: float):
     return constant
 
 
-def test_a_kernel_is_called_by_its_module_and_name_or_as_its_factory_says() -> None:
+def test_a_kernel_is_named_by_its_module_and_function_or_by_its_factory() -> None:
     assert smallest.py_func.__qualname__ == f"{__name__}.smallest"
     named = decorators.named_kernel("tests: constant[1]", make_constant(1.0))
     assert named.py_func.__qualname__ == "tests: constant[1]"
@@ -81,14 +81,14 @@ def test_a_name_is_refused_the_second_time() -> None:
         decorators.named_kernel("tests: constant[2]", make_constant(3.0))
 
 
-def test_threads_that_ask_a_factory_at_once_get_one_kernel() -> None:
+def test_threads_that_call_a_factory_at_once_get_one_kernel() -> None:
     made: list[float] = []
 
     @decorators.kernel_factory
     def constant_kernel(value: float):
-        time.sleep(0.05)  # so that the others ask meanwhile
+        time.sleep(0.05)  # so that the others call meanwhile
         made.append(value)
-        return decorators.named_kernel(f"tests: asked[{value}]", make_constant(value))
+        return decorators.named_kernel(f"tests: called[{value}]", make_constant(value))
 
     with ThreadPoolExecutor(8) as threads:
         kernels = list(threads.map(constant_kernel, [5.0] * 8 + [6.0] * 8))
@@ -97,8 +97,8 @@ def test_threads_that_ask_a_factory_at_once_get_one_kernel() -> None:
     assert (kernels[0](), kernels[-1]()) == (5.0, 6.0)
 
 
-# A factory makes functions of one name. Numba tells them apart by a counter that starts anew in
-# each process, so two cached kernels could hold different code under one and the same symbol.
+# All functions of a factory have one name. Numba distinguishes them by a counter that starts again
+# in each process, so two cached kernels could hold different code under the same symbol.
 TWINS = """
 import sys
 from stickslip.compiled.decorators import jit, named_kernel
@@ -131,10 +131,10 @@ print(*[made[name](5) for name in sys.argv[1:]], *[sum(made[name].stats.cache_hi
 
 
 @pytest.mark.stress
-def test_kernels_of_one_factory_are_told_apart_whatever_process_compiled_them(
+def test_kernels_of_one_factory_stay_distinct_whichever_process_compiled_them(
     tmp_path: Path,
 ) -> None:
-    script = tmp_path / "twins.py"  # a file of its own: Numba caches no code of `python -c`
+    script = tmp_path / "twins.py"  # in a file, since Numba caches no code of `python -c`
     script.write_text(TWINS, encoding="utf-8")
 
     def answers(*kernels: str) -> list[float]:

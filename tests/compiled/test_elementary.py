@@ -1,6 +1,6 @@
 """Elementary functions without library calls: their stated errors, NaN, extremes, exactness.
 
-A unit of the last place is 1.1e-16 here, as in the module.
+A unit of the last place is 1.1e-16, as in the module.
 """
 
 import math
@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip.compiled import elementary
 from stickslip.compiled.decorators import jit_making_arrays
 from stickslip.compiled.elementary import (
     cube_root,
@@ -23,7 +22,7 @@ from stickslip.compiled.elementary import (
 
 ULP = 1.1e-16
 
-# What the errors are measured with: 64 bits of mantissa where a double has 53.
+# Errors are measured with a mantissa of 64 bits, where a double has 53.
 wide = np.longdouble
 needs_wide = pytest.mark.skipif(
     np.finfo(np.longdouble).eps > 1.1e-19, reason="no type wider than a double on this machine"
@@ -31,7 +30,7 @@ needs_wide = pytest.mark.skipif(
 
 RNG = np.random.default_rng(20130720)
 EXPONENTS = 10.0 ** RNG.uniform(-300.0, 300.0, 50_000)
-PHASES = np.linspace(1.0, 8.0, 50_001)  # three exponents: the guesses of the roots have this period
+PHASES = np.linspace(1.0, 8.0, 50_001)  # three exponents, the period of the guesses of the roots
 
 
 @jit_making_arrays
@@ -51,7 +50,7 @@ def _pair_of_columns(function: Any, x: np.ndarray) -> np.ndarray:
 
 
 def ulps(values: np.ndarray, exact: np.ndarray) -> float:
-    """Largest relative error in units of the last place."""
+    """Return the largest relative error in units of the last place."""
     return float(np.max(np.abs((values - exact) / exact))) / ULP
 
 
@@ -67,7 +66,7 @@ def test_roots_and_reciprocals_are_as_exact_as_stated(x: np.ndarray) -> None:
     assert ulps(_column(reciprocal, x), 1 / exact) < 2.1
 
 
-def test_the_root_of_zero_is_zero_its_inverse_finite_and_that_of_a_subnormal_number_small() -> None:
+def test_roots_of_zero_and_of_subnormal_numbers() -> None:
     assert cube_root(0.0) == 0.0
     assert 1e100 < inverse_cube_root(0.0) < 1e150
     for x in (5e-324, 1e-310):
@@ -85,7 +84,7 @@ def round_root(scale: float) -> float:
     return 2.0 ** (math.log2(scale) / 3)
 
 
-def test_the_root_rises_with_its_argument() -> None:
+def test_the_root_is_monotonic() -> None:
     x = np.concatenate([[0.0], np.logspace(-300, 300, 50_001), PHASES])
     roots = _column(cube_root, np.unique(x))
     assert np.all(np.diff(roots) > 0)
@@ -147,8 +146,8 @@ def test_logarithms_of_zero_one_and_powers_of_two() -> None:
 
 
 @needs_wide
-def test_the_power_has_an_error_in_proportion_to_its_logarithm() -> None:
-    # The product of exponent and logarithm is rounded, and the logarithm before it.
+def test_the_error_of_a_power_is_proportional_to_its_logarithm() -> None:
+    # Both the logarithm and its product with the exponent are rounded.
     x, exponents = 10.0 ** RNG.uniform(-60, 60, 20_000), RNG.uniform(0.01, 3.0, 20_000)
     logarithms = exponents * np.log(wide(x))
     values = np.array([power(a, b) for a, b in zip(x.tolist(), exponents.tolist(), strict=True)])
@@ -157,7 +156,7 @@ def test_the_power_has_an_error_in_proportion_to_its_logarithm() -> None:
     assert np.all(error <= 2.5e-16 * (1 + np.abs(logarithms[normal])))
 
 
-def test_the_power_of_zero_is_zero_and_small_powers_are_nearly() -> None:
+def test_the_power_of_zero_is_zero_and_tiny_powers_are_nearly_zero() -> None:
     assert power(0.0, 0.3) == power(0.0, 3.0) == 0.0
     assert 0.0 <= power(1e-300, 0.9) < 1e-149
     assert 0.0 <= power(5e-324, 1.0) < 1e-149
@@ -194,7 +193,7 @@ SCALAR = [inverse_cube_root, cube_root, reciprocal, logarithm]
 PAIRS = [exponentials, sine_and_cosine]
 
 
-def test_nan_goes_through() -> None:
+def test_nan_is_propagated() -> None:
     for function in (*SCALAR, *PAIRS):
         assert np.all(np.isnan(function(math.nan))), function.__name__
     assert math.isnan(power(math.nan, 0.5))
@@ -219,4 +218,3 @@ def test_no_function_calls_a_library() -> None:
     for name in ("cbrt", "pow", "exp", "log", "sin", "cos"):
         assert f"callq\t{name}\n" not in assembly
         assert f"${name}, " not in assembly
-    assert elementary.__doc__ is not None

@@ -1,4 +1,4 @@
-"""Makers of tuples written from a declaration: nothing is forgotten, literals are literal."""
+"""Generated makers of tuples: no field is forgotten, and literals are exact."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def maker(**values: str | float) -> Any:
     return fields.make_tuple_maker(Pair, "x, y", values, {})
 
 
-# --- what is forgotten or unknown ----------------------------------------------------------------
+# --- forgotten and unknown fields ----------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_a_forgotten_or_unknown_field_is_an_error_when_the_maker_is_made(
 
 
 def multiplications(make: Any) -> int:
-    """Multiplications in the machine's language of x times the first field."""
+    """Count the multiplications in the machine code of x times the first field."""
 
     @jit
     def product(x: float, y: float) -> float:
@@ -51,7 +51,7 @@ def multiplications(make: Any) -> int:
     return text.count("fmul")
 
 
-def test_a_number_is_written_as_a_literal_that_the_compiler_makes_use_of() -> None:
+def test_a_number_becomes_a_literal_that_the_compiler_uses() -> None:
     assert multiplications(maker(a="y", b="x")) > 0
     assert multiplications(maker(a=1.0, b="x")) == 0
     assert 0.5 in maker(a=0.5, b="x").py_func.__code__.co_consts
@@ -64,7 +64,7 @@ def test_a_literal_has_every_digit(value: float) -> None:
 
 
 def test_more_than_fifteen_choices_compile() -> None:
-    # Numba takes no choice among more than fifteen keyword arguments of one call.
+    # Numba allows no conditional among more than fifteen keyword arguments of one call.
     values = dict.fromkeys(ParameterValues._fields, "x if x > y else y")
     make = fields.make_tuple_maker(ParameterValues, "x, y", values, {})
     assert make(1.0, 2.0) == (2.0,) * len(ParameterValues._fields)
@@ -73,7 +73,7 @@ def test_more_than_fifteen_choices_compile() -> None:
 # --- names ---------------------------------------------------------------------------------------
 
 
-def test_the_name_of_a_maker_tells_what_it_writes_and_not_when_it_was_made() -> None:
+def test_the_name_of_a_maker_depends_on_its_values_and_not_on_when_it_was_made() -> None:
     one, two, again = (maker(a=value, b="x").py_func.__qualname__ for value in (1.0, 2.0, 1.0))
     assert one == again != two
     assert one.startswith("make_Pair[")

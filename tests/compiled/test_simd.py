@@ -1,4 +1,4 @@
-"""The loop over lanes: every lane once, as vector instructions."""
+"""The loop over lanes visits every lane once, with vector instructions."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def loop(count: int, x: np.ndarray, y: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize("times", [1, 2, 5])
-def test_every_lane_is_visited_once_and_no_other(times: int) -> None:
+def test_every_lane_is_visited_once_and_nothing_else(times: int) -> None:
     count = times * LANES
     x, y = np.random.default_rng(0).normal(size=count + 3), np.zeros(count + 3)
     loop(count, x, y)
