@@ -1,4 +1,4 @@
-"""How points are dealt out: each missing one once, evenly over the grid, in blocks of a second."""
+"""Points are dealt out once each, evenly over the grid, in blocks of about a second."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_a_block_lasts_the_wanted_seconds_and_leaves_work_for_the_others(
     for number, block in enumerate(islice(blocks, 30)):
         points, before = len(block), blocks.left + len(block)
         if number == 0:
-            assert points == 256  # nothing is known yet
+            assert points == 256  # no cost is known yet
         else:
             fair = before // (2 * slots)
             wanted = int(seconds / cost * (1.0 + 1e-9))
@@ -78,16 +78,7 @@ def test_a_block_lasts_the_wanted_seconds_and_leaves_work_for_the_others(
         blocks.learn(points, cost * points)
 
 
-def test_blocks_become_smaller_towards_the_end() -> None:
-    blocks = Blocks(nothing(10_000), 4)
-    blocks.learn(1000, 0.001)
-    sizes = [len(block) for block in blocks]
-    assert sizes[0] == 10_000 // 8
-    assert sizes == sorted(sizes, reverse=True)
-    assert sizes[-2] == 64 >= sizes[-1]
-
-
-def test_the_cost_follows_what_is_seen() -> None:
+def test_the_cost_follows_the_finished_blocks() -> None:
     blocks = Blocks(nothing(10_000), 1)
     cut = iter(blocks)
     assert len(next(cut)) == 256
@@ -101,7 +92,7 @@ def test_the_cost_follows_what_is_seen() -> None:
 
 
 def unevenness(points: np.ndarray, size: int) -> float:
-    """How far the share of the points in some first part of the grid is from that part, at most."""
+    """Return the largest distance of the points' distribution function from a uniform one."""
     place = np.sort(points) / size
     share = np.arange(len(place)) / len(place)
     return float(np.abs(place - share).max())
@@ -114,11 +105,11 @@ def test_any_tenth_of_the_order_is_spread_evenly_over_the_grid(first: int) -> No
         tenth = list(Blocks(nothing(size), 1, block_points=-(-size // 10)))[first]
         runs = min(len(tenth), 1638)  # large grids are dealt in 16384 runs of neighbours
         relative.append(unevenness(tenth, size) * np.sqrt(runs))
-    assert max(relative) < 2.0  # what one random order in 1500 exceeds
+    assert max(relative) < 2.0  # one random order in 1500 exceeds this
 
 
 def test_the_beginning_of_the_order_is_spread_along_an_inner_axis_too() -> None:
-    # A stride near the golden section of the whole nearly repeats itself along the inner axis here.
+    # Here a stride near the golden section of the grid would nearly repeat itself along this axis.
     outer, inner = 55, 474
     first = next(iter(Blocks(nothing(outer * inner), 1, block_points=64)))
     assert unevenness(first % inner, inner) * np.sqrt(64) < 2.0
@@ -158,7 +149,7 @@ def test_a_huge_grid_is_dealt_without_listing_it() -> None:
     finally:
         tracemalloc.stop()
     assert dealt > 900_000
-    assert most < 13e6  # a byte for each point, and little more; a list of them would take 80 MB
+    assert most < 13e6  # little more than a byte for each point, where a list would take 80 MB
 
 
 # --- the pilot ---
@@ -190,10 +181,10 @@ def test_each_block_of_a_pilot_has_points_from_all_over_the_grid() -> None:
     again = pilot_blocks(nothing(100_000), 256)
     assert all((one == two).all() for one, two in zip(blocks, again, strict=True))
     distance = np.diff(np.sort(np.concatenate(blocks)))
-    assert len(np.unique(distance)) > 20  # drawn at random, which no regular grid deceives
+    assert len(np.unique(distance)) > 20  # random, since a periodic cost would deceive a lattice
 
 
-# --- what they cost ---
+# --- the cost ---
 
 
 @given(
@@ -201,10 +192,11 @@ def test_each_block_of_a_pilot_has_points_from_all_over_the_grid() -> None:
     points=st.integers(0, 10**7),
     slots=st.integers(1, 64),
 )
-def test_the_time_is_that_of_the_ratio_of_totals(
+def test_the_estimated_time_is_a_ratio_of_totals(
     blocks: list[tuple[int, float]], points: int, slots: int
 ) -> None:
     costs = Costs()
+    assert costs.estimate(points, slots) == 0.0  # before any block
     for block in blocks:
         costs.learn(*block)
     sizes, seconds = zip(*blocks, strict=True)
@@ -212,7 +204,3 @@ def test_the_time_is_that_of_the_ratio_of_totals(
     assert costs.seconds == pytest.approx(sum(seconds))
     expected = sum(seconds) / sum(sizes) * points / slots
     assert costs.estimate(points, slots) == pytest.approx(expected)
-
-
-def test_no_block_gives_no_time() -> None:
-    assert Costs().estimate(1000, 4) == 0.0

@@ -1,4 +1,4 @@
-"""Processes that a sweep starts end with it, on systems that have little installed too."""
+"""The processes that a sweep starts end with it, even on a minimal system."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ pool.shutdown(wait=True, kill_workers=True)
 
 
 def test_processes_end_without_a_command_of_the_system() -> None:
-    """Containers may lack `pgrep`, with which loky ends processes where psutil is missing."""
+    """Containers may lack `pgrep`, which loky needs to end processes without psutil."""
     pool = Running("-c", POOL, env=os.environ | {"PATH": ""})
     assert pool.ended()[0] == 0
     assert any(name.startswith("psutil") for name in metadata.requires("stickslip") or ())
 
 
 def test_a_process_repeats_no_warning_of_the_cache(tmp_path: Path) -> None:
-    """As the main process has said it, and each kernel of each process would say it again."""
+    """The main process has given it, and each kernel of each process would give it again."""
     script = tmp_path / "script.py"
     script.write_text(
         "from stickslip.dispatch.children import children_started, process_pool\n"

@@ -1,4 +1,4 @@
-"""Kernels are made ready several at a time, and in any case."""
+"""Kernels are compiled before a run, several at a time, whatever fails."""
 
 from __future__ import annotations
 
@@ -21,55 +21,55 @@ from sweeps.engine.computing import compile_kernels
 from sweeps.grid import Grid
 
 INDICES = [-2 / 3, 0.0, 2 / 3]
-FLUIDS = [[index, *[0.0] * (len(KIND) - 1)] for index in INDICES]
-"""Their kinds."""
-
+KINDS = [[index, *[0.0] * (len(KIND) - 1)] for index in INDICES]
 GRID = Grid.from_config(from_mapping({"sweep": {"T": [200.0, 250.0], "gamma": INDICES}}))
 
 
 @pytest.fixture
 def prepared(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """The kinds that were asked for in this process, call by call."""
-    asked: list[Any] = []
-    monkeypatch.setattr(kernels, "prepare_kernels", lambda _, kinds: asked.append(kinds.tolist()))
-    return asked
+    """The kinds that this process prepared, call by call."""
+    calls: list[Any] = []
+    monkeypatch.setattr(kernels, "prepare_kernels", lambda _, kinds: calls.append(kinds.tolist()))
+    return calls
 
 
-def test_kernels_that_are_missing_are_compiled_in_processes_meanwhile(
+def test_other_processes_compile_missing_kernels_meanwhile(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0, 1])
     monkeypatch.setattr(kernels, "usable_cores", lambda: 2)
     compile_kernels(DEFAULTS, GRID)
-    assert prepared == [[], FLUIDS]
+    assert prepared == [[], KINDS]
 
 
 @pytest.mark.parametrize("cores", [1, 2])
-def test_one_core_or_nothing_to_do_needs_no_process(
+def test_with_one_core_or_nothing_to_do_no_process_starts(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch, cores: int
 ) -> None:
     monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0][: 2 - cores])
     monkeypatch.setattr(kernels, "usable_cores", lambda: cores)
     monkeypatch.setattr(kernels, "compiled_elsewhere", None)
     compile_kernels(DEFAULTS, GRID)
-    assert prepared == [FLUIDS]
+    assert prepared == [KINDS]
 
 
 def _fail(*_: object) -> None:
     raise OSError("no memory left")
 
 
-def test_what_fails_is_made_afterwards(
+def test_kernels_that_fail_elsewhere_are_compiled_here_afterwards(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0])
     monkeypatch.setattr(kernels, "usable_cores", lambda: 2)
     monkeypatch.setattr(kernels, "compile_one", _fail)
     compile_kernels(DEFAULTS, GRID)
-    assert prepared == [[], FLUIDS]
+    assert prepared == [[], KINDS]
 
 
-def test_what_no_process_has_come_to_is_made_here(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kernels_that_no_process_has_begun_are_compiled_here(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     futures: list[Future[None]] = [Future() for _ in range(3)]
     futures[0].set_result(None)
     futures[1].set_running_or_notify_cancel()
@@ -89,6 +89,6 @@ def test_a_family_is_missing_until_it_is_compiled() -> None:
     prepare_kernels(DEFAULTS, kinds[:1])
     assert is_kept(pass_kernel(Family(DEFAULTS.physics, 0.0)))
     assert len(uncompiled(DEFAULTS, kinds[:2])) == 0
-    # Other films of one family count once; whether it was ever needed here is not known. The
-    # kernels of searches are those of all families.
+    # The other films have one family, which an earlier test may have compiled. All families share
+    # the kernels of searches.
     assert len(uncompiled(DEFAULTS, kinds[2:])) <= 1

@@ -1,4 +1,4 @@
-"""Followed lines: each point starts from the orbit before it, whatever happens to the sweep."""
+"""On followed lines each point starts from the orbit before it, whatever happens to the sweep."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def grid_of(**axes: list[float]) -> Grid:
 
 
 @pytest.mark.parametrize("method", one_then("stress", [*METHODS]))
-def test_each_point_starts_where_the_one_before_has_settled(method: str) -> None:
+def test_each_point_starts_on_the_orbit_before_it(method: str) -> None:
     # A film without elasticity allows a large fixed step.
     options = Options(method=method, dt=2e-5, rtol=1e-4, stationary_rtol=1e-4)
     soft = {"elastic_coefficient": 0.0, "rheological_index": 0.0}
@@ -73,7 +73,7 @@ def test_the_states_of_a_line_are_computed_once(monkeypatch: pytest.MonkeyPatch)
     assert np.isnan(start_after(points[:0], options)).all()
 
 
-def test_the_memory_of_states_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_remembered_states_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     options = Options(rtol=1e-4, stationary_rtol=1e-4)
     monkeypatch.setattr(following, "KNOWN", {})
     monkeypatch.setattr(following, "MOST_KNOWN", 2)
@@ -82,7 +82,7 @@ def test_the_memory_of_states_has_an_end(monkeypatch: pytest.MonkeyPatch) -> Non
     assert len(following.KNOWN) <= 3
 
 
-def test_the_film_remembers_the_way_that_it_came() -> None:
+def test_up_and_down_a_line_may_end_on_different_orbits() -> None:
     ds = run({"sweep": {"omega": [14, 14.5, 15, 15.5, 18, 18.5]}, "follow": "omega"})
     assert ds.direction.values.tolist() == ["up", "down"]
     lopsided = (ds.asymmetry > 0.1).sel(direction="up").values.tolist()
@@ -91,7 +91,7 @@ def test_the_film_remembers_the_way_that_it_came() -> None:
     assert ds.attrs["follow_breaks"] == "0"
 
 
-def test_a_line_goes_on_over_a_point_without_a_result(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_line_goes_on_after_a_point_without_a_result(monkeypatch: pytest.MonkeyPatch) -> None:
     given = []
 
     def compute(points: np.ndarray, options: Options, starts: np.ndarray) -> tuple:
@@ -104,7 +104,7 @@ def test_a_line_goes_on_over_a_point_without_a_result(monkeypatch: pytest.Monkey
     omegas = (11.0, 10.0, 11.0, 12.0)
     points = np.array([Parameters(angular_frequency=w) for w in omegas])
     follow(points, 4, Options(rtol=1e-4))
-    assert np.isnan(given[1]).all()  # nothing has settled yet: the config's start
+    assert np.isnan(given[1]).all()  # the config's start, as nothing has settled yet
     np.testing.assert_array_equal(given[2], given[3])
     assert (given[2] != -1.0).all()
 
@@ -156,7 +156,7 @@ def test_a_longer_axis_keeps_the_way_up(shell: Shell) -> None:
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 
-def test_points_that_were_not_followed_are_others(shell: Shell) -> None:
+def test_points_without_following_are_different_points(shell: Shell) -> None:
     write("a.yaml", LINE.replace("follow: omega\n", ""), LOOSE)
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     write("a.yaml", LINE, LOOSE)
@@ -165,7 +165,7 @@ def test_points_that_were_not_followed_are_others(shell: Shell) -> None:
     assert "follow: not set -> angular_frequency" in err
 
 
-def test_retrying_a_point_computes_what_came_after_it(shell: Shell) -> None:
+def test_retrying_a_point_computes_its_whole_line(shell: Shell) -> None:
     write("a.yaml", LINE, LOOSE)
     shell.disturb = None
     command = ["sweep", "a.yaml", "-o", "a.nc"]
@@ -179,13 +179,13 @@ def test_retrying_a_point_computes_what_came_after_it(shell: Shell) -> None:
     assert f"; {12 * broken} to compute" in err
 
 
-def test_the_plan_knows_lines(shell: Shell) -> None:
+def test_a_plan_counts_lines(shell: Shell) -> None:
     write("a.yaml", LINE, LOOSE)
     code, out, _ = shell("plan", "a.yaml", "-o", "a.nc")
     assert code == 0
     assert "points: 24" in out
     assert "from a sample of 24" in out
-    assert "blocks: 2" in out  # of a line each, one for each worker
+    assert "blocks: 2" in out  # a line each, one for each worker
 
 
 def test_a_line_has_one_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

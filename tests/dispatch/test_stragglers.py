@@ -1,7 +1,8 @@
-"""Points that take far longer than most: left out of blocks, computed together, not waited for."""
+"""Points that take far longer than most are left out of blocks and computed together later."""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -27,7 +28,7 @@ from sweeps.files.netcdf import content_hash, open_result
 from sweeps.files.result_rows import STATUS
 from sweeps.grid import Grid
 
-# Of these points some wander for hundreds of periods, and two never close.
+# Some of these points wander for hundreds of periods, and two never close.
 ODD = {
     "model": {"k": 22802, "K": 2349.9, "T": 205.9},
     "sweep": {"omega": {"linspace": [34, 37], "num": 7}},
@@ -35,13 +36,7 @@ ODD = {
     "stationary": {"rtol": 1e-4, "window": 40},
 }
 
-A_YAML = """\
-model: {k: 22802, K: 2349.9, T: 205.9}
-sweep: {omega: {linspace: [34, 37], num: 7}}
-integrator: {rtol: 1e-4}
-stationary: {rtol: 1e-4, window: 40}
-output: a.nc
-"""
+A_YAML = json.dumps(ODD | {"output": "a.nc"})  # JSON is YAML, too
 
 
 def rows_with(*statuses: Status) -> np.ndarray:
@@ -50,7 +45,7 @@ def rows_with(*statuses: Status) -> np.ndarray:
     return rows
 
 
-def test_pending_points_are_left_out_and_given_again() -> None:
+def test_pending_points_are_left_out_and_come_later() -> None:
     stragglers = Stragglers(most=2)
     rows = rows_with(Status.OK, Status.PENDING, Status.DIVERGED)
     np.testing.assert_array_equal(
@@ -64,7 +59,7 @@ def test_pending_points_are_left_out_and_given_again() -> None:
 
 
 @pytest.mark.parametrize(("seconds_per_point", "together"), [(1.0, 256), (0.02, 500), (1e-3, 1024)])
-def test_as_many_go_together_as_take_ten_seconds(seconds_per_point: float, together: int) -> None:
+def test_a_group_takes_ten_seconds(seconds_per_point: float, together: int) -> None:
     stragglers = Stragglers()
     waiting = np.arange(2000)
     stragglers.finished(waiting, rows_with(*[Status.PENDING] * len(waiting)))
@@ -79,7 +74,7 @@ def test_as_many_go_together_as_take_ten_seconds(seconds_per_point: float, toget
     ("waiting", "slots", "sizes"),
     [(11, 5, [11]), (94, 2, [94]), (130, 2, [65, 65]), (300, 5, [75, 75, 75, 75]), (3000, 1, 3)],
 )
-def test_the_rest_is_shared_out_so_that_lanes_are_busy(
+def test_the_rest_is_shared_out_so_that_lanes_stay_busy(
     waiting: int, slots: int, sizes: list[int] | int
 ) -> None:
     stragglers = Stragglers()
@@ -89,7 +84,7 @@ def test_the_rest_is_shared_out_so_that_lanes_are_busy(
     assert sizes in ([len(part) for part in parts], len(parts))
 
 
-def test_where_many_are_late_nobody_is_left_out() -> None:
+def test_if_many_points_are_late_none_is_left_out() -> None:
     stragglers = Stragglers()
     assert stragglers.patience > 0
     stragglers.finished(np.arange(100), rows_with(*[Status.PENDING] * 100))
@@ -97,7 +92,7 @@ def test_where_many_are_late_nobody_is_left_out() -> None:
     assert Stragglers(ever=False).patience == 0
 
 
-def test_late_points_come_out_the_same() -> None:
+def test_patience_does_not_change_the_results_of_other_points() -> None:
     grid = Grid.from_config(from_mapping(ODD))
     points, options = grid.rows(np.arange(grid.size)), Options(rtol=1e-4, stationary_rtol=1e-4)
     whole, finals = compute_orbits(points, options)
@@ -109,8 +104,8 @@ def test_late_points_come_out_the_same() -> None:
 
 
 @pytest.mark.parametrize("max_error", [1e-3, 1e-6])
-def test_points_may_be_given_up_for_good(max_error: float) -> None:
-    """All others come out as ever, and those that need finer tolerances are no exception."""
+def test_a_limit_does_not_change_the_results_of_other_points(max_error: float) -> None:
+    """This includes points that need finer tolerances."""
     grid = Grid.from_config(from_mapping(ODD))
     points = grid.rows(np.arange(grid.size))
     options = Options(rtol=1e-4, stationary_rtol=1e-4, max_error=max_error)
@@ -125,36 +120,36 @@ def test_points_may_be_given_up_for_good(max_error: float) -> None:
 @pytest.mark.parametrize(
     "execution", one_then("stress", [{"block_points": 1}, {"workers": 2}, {"backend": "loky"}])
 )
-def test_a_sweep_computes_them_together(
+def test_a_sweep_computes_late_points_together(
     execution: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = run(ODD | {"execution": {"workers": 1}})
-    given: list[int] = []
+    patiences: list[int] = []
 
-    def watched(points: np.ndarray, options: Options, patience: int) -> Any:
-        given.append(patience)
-        return compute_orbits(points, options, patience=patience)
+    def watched(points: np.ndarray, options: Options, **limits: int) -> Any:
+        patiences.append(limits["patience"])
+        return compute_orbits(points, options, **limits)
 
     monkeypatch.setattr(worker, "compute_orbits", watched)
     ds = run(ODD | {"execution": execution})
     assert content_hash(ds) == content_hash(whole)
     assert not (ds.status == Status.PENDING).any()
     assert (ds.status == Status.APERIODIC).any()
-    if execution.get("backend") != "loky":  # whose workers are not watched
-        assert 0 in given
-        assert max(given) > 0
+    if execution.get("backend") != "loky":  # its workers are not watched
+        assert 0 in patiences
+        assert max(patiences) > 0
 
 
-def test_a_stop_waits_for_no_late_points_and_the_next_run_computes_them(
+def test_a_stop_does_not_wait_for_late_points_and_the_next_run_computes_them(
     shell: Shell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hanging = threading.Event()
 
-    def watched(points: np.ndarray, options: Options, patience: int) -> Any:
-        if not patience and not hanging.is_set():
+    def watched(points: np.ndarray, options: Options, **limits: int) -> Any:
+        if not limits["patience"] and not hanging.is_set():
             os.kill(os.getpid(), signal.SIGTERM)
             hanging.wait(HANGS)
-        return compute_orbits(points, options, patience=patience)
+        return compute_orbits(points, options, **limits)
 
     with monkeypatch.context() as patch, default_signals():
         patch.setattr(worker, "compute_orbits", watched)
@@ -171,5 +166,5 @@ def test_a_stop_waits_for_no_late_points_and_the_next_run_computes_them(
     ds = open_result(Path("a.nc"))
     wanders = ds.status == Status.APERIODIC
     mean, orbit = (float(ds.amplitude_error.where(some).max()) for some in (wanders, ~wanders))
-    told = f"{int(wanders.sum())} aperiodic with a statistical error of up to {mean:.1e}"
-    assert f", 0 failed, {told}, largest amplitude error of the others {orbit:.1e}\n" in out
+    aperiodic = f"{int(wanders.sum())} aperiodic with a statistical error of up to {mean:.1e}"
+    assert f", 0 failed, {aperiodic}, largest amplitude error of the others {orbit:.1e}\n" in out

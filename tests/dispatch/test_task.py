@@ -1,4 +1,4 @@
-"""Blocks of points over workers: each point once, from its own parameters, taking none along."""
+"""Workers compute each point once, from its parameters alone, and no point harms another."""
 
 from __future__ import annotations
 
@@ -17,13 +17,7 @@ from stickslip.dispatch import task as worker
 from stickslip.dispatch import thread_pool
 from stickslip.dispatch.errors import ExecutorError, WorkerMismatchError
 from stickslip.dispatch.in_flight import InFlight
-from stickslip.dispatch.task import (
-    Block,
-    Task,
-    compute_block,
-    failed_block,
-    is_answer,
-)
+from stickslip.dispatch.task import Block, Task, compute_block, failed_block, is_answer
 from stickslip.kernels.families import KIND
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import suspicious_balance, suspicious_stress
@@ -55,12 +49,12 @@ def computed(workers: int = 1, block_points: int | None = None, **settings: Any)
 
 
 def task_of(indices: np.ndarray) -> Task:
-    """The task of computing some of the points."""
+    """Return the task to compute some of the points."""
     return Task(indices, POINTS[indices], OPTIONS, source_hash())
 
 
 def failures_of(block: Block) -> int:
-    """The number of its points that did not end ok."""
+    """Return the number of points in a block that did not end ok."""
     return failures(status_counts(block.results[:, STATUS]))
 
 
@@ -73,7 +67,7 @@ def reference() -> np.ndarray:
 
 @pytest.mark.parametrize("workers", [1, 2, 8])
 @pytest.mark.parametrize("block_points", [1, 3, None, 100])
-def test_numbers_depend_neither_on_workers_nor_on_blocks(
+def test_results_depend_neither_on_workers_nor_on_blocks(
     reference: np.ndarray, workers: int, block_points: int | None
 ) -> None:
     assert computed(workers, block_points).tobytes() == reference.tobytes()
@@ -127,14 +121,14 @@ NOT_BLOCKS: dict[str, Callable[[Block], Any]] = {
     "nothing": lambda _: None,
     "a text": lambda _: "a text",
     "no points": lambda block: block.part(np.zeros(len(block.indices), dtype=bool)),
-    "points of nobody": lambda block: replace(block, indices=block.indices + GRID.size),
-    "numbers of points that are none": lambda block: replace(block, indices=["a", "b"]),
+    "unknown points": lambda block: replace(block, indices=block.indices + GRID.size),
+    "texts for numbers of points": lambda block: replace(block, indices=["a", "b"]),
     "no numbers of points": lambda block: replace(block, indices=None),
     "one number of a point": lambda block: replace(block, indices=np.int64(0)),
-    "numbers of points without end": lambda block: replace(block, indices=np.array([np.inf])),
+    "infinite numbers of points": lambda block: replace(block, indices=np.array([np.inf])),
 }
 
-# A cluster that others share, or another version of a pickled class, may send anything.
+# A shared cluster, or another version of a pickled class, may send anything.
 ODD = [None, "a text", b"bytes", -1, 1.5, np.nan, 10**400, [], (), {}, object(), np.array([1.5])]
 
 WRONG_BLOCKS: dict[str, Callable[[Block], Block]] = {
@@ -164,7 +158,7 @@ WRONG_BLOCKS: dict[str, Callable[[Block], Block]] = {
 
 
 @pytest.mark.parametrize("case", [*NOT_BLOCKS, *WRONG_BLOCKS])
-def test_what_a_worker_sends_back_must_be_the_block_that_it_was_given(
+def test_an_answer_that_cannot_be_the_block_ends_the_sweep(
     monkeypatch: pytest.MonkeyPatch, case: str
 ) -> None:
     wrong = (NOT_BLOCKS | WRONG_BLOCKS)[case]
@@ -249,7 +243,7 @@ def poisoned(temperature: float) -> Callable[..., tuple[np.ndarray, np.ndarray]]
 
 @pytest.mark.parametrize("block_points", [None, 1, 5])
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_exception_costs_its_own_points_alone(
+def test_an_exception_costs_only_its_own_points(
     reference: np.ndarray,
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
@@ -265,16 +259,16 @@ def test_an_exception_costs_its_own_points_alone(
     for row in results[lost]:
         np.testing.assert_array_equal(row, failed_row())
         assert row[-1] == Status.FAILED
-    told = [record for record in caplog.records if "computation of point" in record.message]
-    assert len(told) == 3
-    assert all(record.levelname == "ERROR" and not record.exc_info for record in told)
-    assert [r.message for r in told] == [text for block in blocks for text in block.messages]
+    logged = [record for record in caplog.records if "computation of point" in record.message]
+    assert len(logged) == 3
+    assert all(record.levelname == "ERROR" and not record.exc_info for record in logged)
+    assert [r.message for r in logged] == [text for block in blocks for text in block.messages]
     assert caplog.text.count("ZeroDivisionError('poison')") == 3
     for point in POINTS[lost]:
-        assert str(point.tolist()) in caplog.text  # which one it was
+        assert str(point.tolist()) in caplog.text
 
 
-def test_points_that_no_worker_survives_are_failed_and_told() -> None:
+def test_points_that_no_worker_survives_fail_with_a_message() -> None:
     block = failed_block(task_of(np.array([3, 7])), "the worker died")
     np.testing.assert_array_equal(block.indices, [3, 7])
     np.testing.assert_array_equal(block.results, [failed_row(), failed_row()])
@@ -285,7 +279,9 @@ def test_points_that_no_worker_survives_are_failed_and_told() -> None:
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_ctrl_c_is_no_failed_point(monkeypatch: pytest.MonkeyPatch, workers: int) -> None:
+def test_ctrl_c_does_not_count_as_a_failed_point(
+    monkeypatch: pytest.MonkeyPatch, workers: int
+) -> None:
     presses = [KeyboardInterrupt]
 
     def interrupted(
@@ -300,7 +296,7 @@ def test_ctrl_c_is_no_failed_point(monkeypatch: pytest.MonkeyPatch, workers: int
         computed(workers)
 
 
-def test_kinds_tell_whether_a_coefficient_is_0_and_not_what_it_is() -> None:
+def test_kinds_show_whether_a_coefficient_is_0_and_not_its_value() -> None:
     config = from_mapping({"sweep": {"gamma": [0, 0.5], "d": [0, 1, 2], "e": [1, 2, 3]}})
     found = kinds_of(Grid.from_config(config))
     assert len(found) == 2 * 2 * 1
