@@ -66,7 +66,7 @@ def make_lane_reader(kind: Any, first: int, get: Callable[..., float]) -> Any:
 
 
 def make_tuple_reader(width: int) -> Any:
-    """Return an inline function of a row that returns its first numbers as a tuple."""
+    """Return an inline function of a row or tuple that returns its first elements as a tuple."""
     return make_map(f"read_tuple[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
 
 

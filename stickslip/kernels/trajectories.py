@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import jit, kernel_factory, named_kernel
+from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_tuple_reader
 from stickslip.kernels.families import physics_at
 from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
@@ -17,6 +17,7 @@ from stickslip.model.state import FILM, State
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.linear import algebra
 from stickslip.options import METHODS, Options, Physics, Settings
+from stickslip.parameters import Parameters
 
 OBSERVABLES = (
     "upper_displacement",
@@ -127,20 +128,38 @@ def new_stream(numbers: np.ndarray | None = None) -> np.ndarray:
     return stream
 
 
+def make_write_observables(physics: Physics) -> Any:
+    """Return the inline function (p, t, y, phi, u_s, row) that writes the observables of a state.
+
+    `row` receives them in the order of OBSERVABLES. `u_s` [m/s] is the speed below which the method
+    rounds a cusp of the law; ln(phi) in y is not used.
+    """
+    bound = model_of(physics).equations
+    observables, rounded, strain = bound.observables, bound.law.rounded, bound.strain
+    upper_displacement, upper_velocity = bound.upper.displacement, bound.upper.velocity
+
+    @inline
+    def write_observables(
+        p: Parameters, t: float, y: State, phi: float, u_s: float, row: np.ndarray
+    ) -> None:
+        row[0], row[1] = upper_displacement(p, t), upper_velocity(p, t)
+        row[2] = strain(p, y)
+        row[3], row[5] = observables(p, y, phi, u_s)
+        row[4] = rounded(p, y[1], phi, u_s)[0]
+
+    return write_observables
+
+
 @kernel_factory
 def observables_kernel(physics: Physics) -> Any:
     """Return the kernel of the observables of a trajectory of states (x, v, phi, ...).
 
-    It takes `point` (parameters,), `times` (n,), `samples` (n, width) and the speed `u_s` [m/s]
-    below which the method rounds a cusp of the law. It writes `observables` (n, 6) in the order of
-    OBSERVABLES.
+    It takes `point` (parameters,), `times` (n,), `samples` (n, width) and `u_s` as in
+    `make_write_observables`, and writes `observables` (n, 6).
     """
     model = model_of(physics)
-    bound = model.equations
-    observables_at, rounded, strain = bound.observables, bound.law.rounded, bound.strain
-    relative_state, upper = bound.relative_state, bound.upper
-    upper_displacement, upper_velocity = upper.displacement, upper.velocity
-    sample_state = make_tuple_reader(model.width)
+    relative_state, sample_state = model.equations.relative_state, make_tuple_reader(model.width)
+    write_observables = make_write_observables(physics)
 
     def observables_of(
         point: np.ndarray,
@@ -151,13 +170,9 @@ def observables_kernel(physics: Physics) -> Any:
     ) -> None:
         p = parameters_of(point)
         for i in range(times.shape[0]):
-            t, row = times[i], observables[i]
-            # This has phi in place of its logarithm, which these functions do not use.
-            y = relative_state(p, t, sample_state(samples[i]))
-            row[0], row[1] = upper_displacement(p, t), upper_velocity(p, t)
-            row[2] = strain(p, y)
-            row[3], row[5] = observables_at(p, y, samples[i, FILM], u_s)
-            row[4] = rounded(p, y[1], samples[i, FILM], u_s)[0]
+            # This state has phi in place of its logarithm.
+            y = relative_state(p, times[i], sample_state(samples[i]))
+            write_observables(p, times[i], y, samples[i, FILM], u_s, observables[i])
 
     return named_kernel(f"observables[{physics}]", observables_of)
 

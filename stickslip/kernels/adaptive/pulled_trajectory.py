@@ -28,8 +28,8 @@ from stickslip.kernels.problem import (
     problem_functions,
     problem_of,
 )
+from stickslip.kernels.trajectories import make_write_observables
 from stickslip.model import drive, solids
-from stickslip.model.models import model_of
 from stickslip.model.state import FILM, State
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.linear import algebra
@@ -79,18 +79,14 @@ def _make_sample(physics: Physics, functions: ProblemFunctions) -> Any:
 
     Its columns are (x, v, phi) and `trajectories.OBSERVABLES`.
     """
-    bound = model_of(physics).equations
-    observables, rounded, strain = bound.observables, bound.law.rounded, bound.strain
-    relative_state, upper = bound.relative_state, bound.upper
+    relative_state = functions.equations.relative_state
+    write_observables = make_write_observables(physics)
 
     @jit
     def sample(problem: Problem, t: float, y: State, row: np.ndarray) -> None:
         p, (phi, _) = problem.p, exponentials(y[FILM])
         row[0], row[1], row[2] = y[0], relative_state(p, t, y)[1], phi
-        row[3], row[4] = upper.displacement(p, t), upper.velocity(p, t)
-        row[5] = strain(p, y)
-        row[6], row[8] = observables(p, y, phi, problem.u_s)
-        row[7] = rounded(p, y[1], phi, problem.u_s)[0]
+        write_observables(p, t, y, phi, problem.u_s, row[3:])
 
     return sample
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.elementary import exponentials
-from stickslip.compiled.fields import make_function, make_map
+from stickslip.compiled.fields import make_function, make_tuple_reader
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.kernels.adaptive.recording import (
     FORCE,
@@ -345,7 +345,7 @@ def _make_carry(
     step, interpolate, factor = (
         make_variational_step(operations), operations.interpolate, operations.factor
     )  # fmt: skip
-    rows_of = make_map("rows", "J", (f"J[{i}]" for i in range(width)), {})
+    rows_of = make_tuple_reader(width)
 
     @inline
     def linearised(problem: Problem, last: Step, theta: float) -> Any:
