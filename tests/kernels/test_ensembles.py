@@ -1,4 +1,4 @@
-"""Ensembles of a stochastic film: their statistics, and what they do not depend on."""
+"""The statistics of the ensembles of a stochastic film, and what does not change them."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.marks import one_then
-from support.points import orbits, row
+from support.points import MISSED_STICKS, orbits, row
 
 from stickslip import Status
 from stickslip.kernels import ensembles
@@ -16,16 +16,12 @@ from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
 
-# The film misses a stick now and then: the noise decides.
-MISSING: dict[str, float] = {
-    "angular_frequency": 200.0, "drive_amplitude": 4e-8, "spring_stiffness": 6e4,
-    "block_mass": 0.02, "rheological_index": 0.0, "viscosity_coefficient": 1000.0,
-    "noise_intensity": 1e-8, "initial_order_parameter": 0.6,
-}  # fmt: skip
 FEW: dict[str, Any] = {
     "noise": "stochastic", "realizations": 5, "window": 20, "rtol": 1e-4,
 }  # fmt: skip
-POINTS = np.array([row(**MISSING), row(**MISSING, temperature=210.0), row(**MISSING)])
+POINTS = np.array(
+    [row(**MISSED_STICKS), row(**MISSED_STICKS, temperature=210.0), row(**MISSED_STICKS)]
+)
 
 
 def ensemble(points: np.ndarray, **options: Any) -> SimpleNamespace:
@@ -41,16 +37,16 @@ def test_the_row_of_an_ensemble() -> None:
     assert found.regime == typical.regime == Regime.STICK_SLIP_SYMMETRIC
     assert found.orbit_periods == 0
     assert found.periods_integrated == typical.periods_integrated + 5 * (5 + 20)
-    assert 0 < found.melting_count < 2 * 5 * 20  # twice a period, but for what it misses
+    assert 0 < found.melting_count < 2 * 5 * 20  # twice a period, except for missed sticks
     assert found.elastic_stress_amplitude_spread > 0.05 * found.elastic_stress_amplitude
     assert found.floquet_multiplier == typical.floquet_multiplier
     assert found.elastic_stress_max >= found.elastic_stress_amplitude
     dissipated = found.dissipated_energy / typical.dissipated_energy
-    assert 0.5 < dissipated < 1.0  # a period without its meltings takes less
+    assert 0.5 < dissipated < 1.0  # a period without meltings dissipates less
     np.testing.assert_array_equal(found.final, typical.final)
 
 
-def test_an_error_is_three_standard_errors_and_that_of_the_typical_path() -> None:
+def test_an_error_is_three_standard_errors_plus_the_error_of_the_typical_path() -> None:
     many = ensemble(POINTS[0], realizations=64)
     typical = orbits(POINTS[:1], rtol=1e-4)
     spread = many.elastic_stress_amplitude_spread / many.elastic_stress_amplitude
@@ -71,20 +67,20 @@ def test_the_error_of_independent_numbers(paths: int, periods: int) -> None:
     draws = np.random.default_rng(1).normal(size=(400, paths, periods))
     errors = np.array([error_of_mean(values) for values in draws])
     assert np.mean(np.abs(draws.mean(axis=(1, 2))) <= errors) > 0.98
-    # With few batches Student's distribution makes it larger, twice with six of them.
+    # With few batches Student's distribution makes the error larger, with six of them twice.
     assert 0.9 < np.median(errors) * np.sqrt(paths * periods) / 3.0 < 2.2
 
 
 def test_the_error_of_paths_that_never_meet() -> None:
-    values = np.tile(np.arange(64.0)[:, None], 40)  # each for ever elsewhere
+    values = np.tile(np.arange(64.0)[:, None], 40)  # each path stays at another value
     spread = np.std(values[:, 0], ddof=1)
     assert error_of_mean(values) > 0.9 * 3.0 * spread / np.sqrt(64 * 2)
 
 
-# --- what makes no difference ---
+# --- irrelevant changes ---
 
 
-def test_the_number_of_paths_side_by_side_makes_no_difference(
+def test_the_number_of_paths_at_a_time_makes_no_difference(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     together = ensemble(POINTS).row
@@ -93,9 +89,9 @@ def test_the_number_of_paths_side_by_side_makes_no_difference(
 
 
 @pytest.mark.parametrize("strain", one_then("stress", ["adiabatic", "relaxing"]))
-def test_a_mirror_image_is_one_bit_for_bit(strain: str) -> None:
+def test_the_mirror_image_is_exact_bit_for_bit(strain: str) -> None:
     names = ("drive_amplitude", "initial_displacement", "initial_velocity")
-    twin = MISSING | {"initial_displacement": 1e-8, "initial_velocity": -2e-6}
+    twin = MISSED_STICKS | {"initial_displacement": 1e-8, "initial_velocity": -2e-6}
     image = twin | {name: -twin[name] for name in names}
     ours, other = (ensemble(row(**changes), strain=strain) for changes in (twin, image))
     assert ours.status == Status.OK
@@ -107,7 +103,7 @@ def test_a_mirror_image_is_one_bit_for_bit(strain: str) -> None:
         np.testing.assert_array_equal(getattr(ours, name), left, err_msg=name)
 
 
-# --- ends ---
+# --- endings ---
 
 
 def test_a_point_without_a_typical_path_has_no_ensemble() -> None:
@@ -116,13 +112,13 @@ def test_a_point_without_a_typical_path_has_no_ensemble() -> None:
     assert np.isnan(found.elastic_stress_amplitude)
 
 
-def test_points_that_are_left_pending_stay_so() -> None:
+def test_pending_points_stay_pending() -> None:
     options = Options(**FEW)
     results, _ = compute_orbits(POINTS, options, patience=1)
     assert np.all(results[:, RESULT_COLUMNS.index("status")] == Status.PENDING)
 
 
-def test_a_path_that_fails_decides(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_failed_path_fails_the_point(monkeypatch: pytest.MonkeyPatch) -> None:
     from stickslip.kernels.adaptive.march import StochasticWalk
 
     def failing(walk: StochasticWalk) -> np.ndarray:
@@ -137,7 +133,7 @@ def test_a_path_that_fails_decides(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_no_noise_leaves_the_deterministic_film() -> None:
-    silent = row(**MISSING | {"noise_intensity": 0.0})
+    silent = row(**MISSED_STICKS | {"noise_intensity": 0.0})
     found, exact = ensemble(silent, rtol=1e-6), orbits(silent, noise="none")
     assert found.status == exact.status == Status.OK
     stress = exact.elastic_stress_amplitude
@@ -145,6 +141,6 @@ def test_no_noise_leaves_the_deterministic_film() -> None:
     assert found.elastic_stress_amplitude_spread < 1e-5 * stress
 
 
-def test_a_strong_noise_may_lift_the_order_parameter_above_its_bound() -> None:
-    found = ensemble(row(**MISSING | {"noise_intensity": 1e-2}))
+def test_strong_noise_may_lift_the_order_parameter_above_its_bound() -> None:
+    found = ensemble(row(**MISSED_STICKS | {"noise_intensity": 1e-2}))
     assert found.status == Status.OK

@@ -1,7 +1,7 @@
-"""Every parameter reaches the lanes of every method: it changes what they compute, and rightly.
+"""Every parameter reaches the lanes of every method, and changes their results correctly.
 
-A lane holds scaled parameters, written out by hand for each method. One that was forgotten, or
-scaled wrongly, would give finite and plausible numbers. The twins take parameters in SI units.
+A lane holds scaled parameters, written out by hand for each method. If one was forgotten or scaled
+wrongly, the numbers would still be finite and plausible. The twins take parameters in SI units.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ BASE = fast(
     quintic_coefficient=300.0,
     sextic_coefficient=500.0,
 )
-"""A point at which everything matters: a period is too short to forget the start."""
+"""A point at which every parameter matters, since a period is too short to forget the start."""
 
 RTOL = 1e-6
-"""Agreement of lanes and twin, in the sizes that tolerances refer to. The motion does not close:
-an extreme at the very start of the record is the twin's alone."""
+"""Agreement of lanes and twin, in the scales that tolerances refer to. The motion does not close,
+and only the twin records an extremum at the start."""
 
 
 def changed(name: str) -> Parameters:
@@ -52,7 +52,7 @@ def changed(name: str) -> Parameters:
 POINTS = {"base": BASE, **{name: changed(name) for name in PARAMETERS}}
 
 TOLERANCE = 1e-10
-STEP = 5 * FAST_DT  # s, of Euler-Cromer: lanes and twin take the same steps, whatever their length
+STEP = 5 * FAST_DT  # s; lanes and twin of Euler-Cromer take the same steps, whatever their length
 
 # States (x, v, phi) after a period, and records.
 Measured = dict[str, tuple[np.ndarray, np.ndarray]]
@@ -68,7 +68,7 @@ def adaptive_lanes() -> tuple[np.ndarray, np.ndarray]:
     points = np.array(list(POINTS.values()))
     motions = motions_of(points, DEFAULTS.physics)
     motions.counts[:, CYCLE] = 2
-    for mode in (TRAVEL, MEASURE):  # a period without a record: the very start is in none
+    for mode in (TRAVEL, MEASURE):  # first a period without a record, which omits the start
         work_through(motions, mode, TOLERANCE, 10**7, DEFAULTS.physics)
     assert np.all(motions.counts[:, OUTCOME] == Status.OK)
     records = np.empty((len(points), RECORD))
@@ -98,11 +98,11 @@ def by_twin(method: str, p: Parameters) -> tuple[np.ndarray, np.ndarray]:
 def differences(
     p: Parameters, ours: tuple[np.ndarray, np.ndarray], theirs: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Of states and records, relative to the sizes of what they hold."""
+    """Return differences of states and records, relative to the scales of their quantities."""
     X_m, record = abs(p.drive_amplitude), theirs[1]
     units = np.array([slot.unit for slot in RECORD_TABLE])
     size_of = {unit: np.max(np.abs(record[units == unit])) for unit in (STRESS, FORCE, WORK)}
-    # Counts and times are known to a sample only.
+    # Counts and times are known only to a sample.
     slots = np.append(np.flatnonzero(np.isin(units, list(size_of))), PHI_MAX)
     sizes = [X_m, X_m * p.angular_frequency, 1.0, *(size_of.get(units[s], 1.0) for s in slots)]
     both = [np.concatenate([state, record[slots]]) for state, record in (ours, theirs)]
@@ -118,6 +118,6 @@ def test_a_parameter_changes_a_result(name: str, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", POINTS)
-def test_the_result_is_that_of_the_scalar_twin(name: str, method: str) -> None:
+def test_the_result_agrees_with_the_scalar_twin(name: str, method: str) -> None:
     p = POINTS[name]
     assert np.max(differences(p, by_lanes(method)[name], by_twin(method, p))) < RTOL

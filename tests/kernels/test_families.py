@@ -1,4 +1,4 @@
-"""Fluids with kernels of their own: which point goes where, and that it makes no difference."""
+"""Points go to the kernels of their fluids, and the choice of kernel makes no difference."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_every_point_goes_to_the_kernel_of_its_fluid() -> None:
     assert found == {-2 / 3: [1, 4], 0.0: [0, 6], 2 / 3: [3], None: [2, 5, 7]}
 
 
-def test_any_coefficient_that_the_paper_does_without_makes_another_family() -> None:
+def test_any_coefficient_beyond_the_paper_makes_another_family() -> None:
     rows = np.eye(len(KIND))  # the index alone, then each coefficient alone, then each harmonic
     rows[:, 0] = 0.0
     found = {
@@ -49,7 +49,7 @@ def test_any_coefficient_that_the_paper_does_without_makes_another_family() -> N
 
 
 def test_only_the_very_index_is_special() -> None:
-    # A kernel has its index as a literal: a neighbour would be computed as another fluid.
+    # A kernel has its index as a literal and would compute a neighbouring fluid as its own.
     for gamma in SPECIAL:
         beside = [float(np.nextafter(gamma, direction)) for direction in (-1.0, 1.0)]
         assert members(beside) == {None: [0, 1]}
@@ -57,16 +57,16 @@ def test_only_the_very_index_is_special() -> None:
 
 
 @pytest.mark.parametrize("law", FRICTION_LAWS)
-def test_names_tell_families_apart(law: str) -> None:
-    # The name of a family names its kernels, and their entries in the cache.
+def test_each_family_has_another_name(law: str) -> None:
+    # Kernels and their entries in the cache bear the name of their family.
     gammas = [*friction_law(law).special_indices, None]
     assert len({str(Family(Physics(law), gamma)) for gamma in gammas}) == len(gammas)
     assert str(Family(Physics(law), 0.1)) == f"{law},gamma=0.10000000000000001"
 
 
 @pytest.mark.parametrize("gamma", GAMMAS)
-def test_orbits_of_the_general_kernel_are_those_of_the_special_one(gamma: float) -> None:
-    # The first point is of the special fluid, the second so close to it that only its kernel tells.
+def test_general_and_special_kernels_find_the_same_orbits(gamma: float) -> None:
+    # The second fluid is so close to the special one that only its kernel differs.
     points = rows("rheological_index", [gamma, gamma + 1e-12], temperature=230.0)
     special, general = compute_orbits(points, Options(rtol=1e-7, stationary_rtol=1e-7))[0]
     assert special[STATUS] == general[STATUS] == Status.OK
@@ -76,7 +76,7 @@ def test_orbits_of_the_general_kernel_are_those_of_the_special_one(gamma: float)
 
 
 @pytest.mark.parametrize("gamma", one_then("stress", GAMMAS))
-def test_periods_of_the_general_march_are_those_of_the_special_one(gamma: float) -> None:
+def test_general_and_special_marches_find_the_same_periods(gamma: float) -> None:
     points = [fast(rheological_index=index) for index in (gamma, gamma + 1e-12)]
     states, records, statuses = period(points, FAST_DT)
     assert statuses.tolist() == [Status.OK, Status.OK]

@@ -1,4 +1,4 @@
-"""A computation ends between two kernels when its check says so."""
+"""A check can end a computation between two kernels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class EndError(Exception):
     """Nobody awaits the result any more."""
 
 
-def test_a_search_that_lasts_ends_with_what_its_check_raises(monkeypatch: pytest.MonkeyPatch):
+def test_a_long_search_ends_with_the_error_of_its_check(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(passes, "WORK", 10)
     calls = []
 
@@ -26,7 +26,7 @@ def test_a_search_that_lasts_ends_with_what_its_check_raises(monkeypatch: pytest
     assert calls == [1]
 
 
-def test_after_it_there_is_no_check():
+def test_a_check_ends_with_its_context():
     with checked_by(lambda: None):
         check_interruption()
     check_interruption()

@@ -1,10 +1,9 @@
-"""The numbers of NUMERICS_VERSION: a change of any of them, in the last bit even, is a new version.
+"""The numbers of NUMERICS_VERSION. A change of any of them, even in the last bit, is a new version.
 
-On the processor and the versions that the table was made with every bit counts, elsewhere nine
-digits. Result variables younger than the table are no part of its hashes, which may come from a
-machine that is not at hand: nine digits of theirs are compared. At a loose tolerance every change
-of a method shows: in steps, weights, judgement or order of operations that matter. Both methods go
-the way of a sweep.
+Every bit counts on the processor and with the versions of the table, elsewhere nine digits. Result
+variables younger than the table are not part of its hashes, as the machine of the table may not be
+at hand; nine of their digits are compared. At a loose tolerance every relevant change of a method
+shows, in steps, weights, judgement or order of operations. Both methods compute as in a sweep.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ Changes = tuple[tuple[str, float], ...]
 LOOSE = Options(rtol=1e-4, stationary_rtol=1e-4)
 COARSE = {"method": "euler-cromer", "stationary_rtol": 1e-4}
 VISCOUS = ("elastic_coefficient", 0.0)
-SOLID = (  # a light block under a small film: few and short periods to an orbit
+SOLID = (  # a light block under a small film, which needs few and short periods to its orbit
     ("angular_frequency", 2e4),
     ("drive_amplitude", 1e-11),
     ("contact_area", 6e-13),
@@ -83,7 +82,7 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
       ("angular_frequency", 34.96)), Options(rtol=1e-4),
      (5864948.885053765, 0.0035892968479467433, 48), "1b0efbf7b578fe2a"),
 ]  # fmt: skip
-# The table's rows of result variables that it is older than; to be emptied when it is renewed.
+# The rows of result variables younger than the table. Empty this when the table is renewed.
 YOUNGER: dict[str, tuple[float, ...]] = {
     "friction_force_in_phase": (
         -6.86524953247e-06, -3.75869904238e-05, 0.00476686251167, 0.00476796261054,
@@ -110,7 +109,7 @@ YOUNGER: dict[str, tuple[float, ...]] = {
         7.30338013367e-07, 6.67983641884e-07, 0.000554031457368,
     ),
 }  # fmt: skip
-# Estimates of errors are differences of which other machines have other digits.
+# Error estimates are small differences, whose digits differ between machines.
 BLURRED = ("friction_force_in_phase_error", "friction_force_out_of_phase_error")
 HASHED = [i for i, name in enumerate(RESULT_COLUMNS) if name not in (*YOUNGER, *BLURRED)]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"
@@ -119,21 +118,21 @@ COLUMNS = [
     for name in ("elastic_stress_amplitude", "friction_force_amplitude", "periods_integrated")
 ]
 
-# Euler-Cromer for special fluids: kernels that nothing else in the suite compiles.
+# Euler-Cromer for special fluids, whose kernels no other test of the suite compiles.
 SPECIAL = (9, 10, 12)
 ROWS = [i for i in range(len(TABLE)) if i not in SPECIAL] + marked("stress", SPECIAL)
 
 
 @cache
 def results_of(i: int) -> tuple[np.ndarray, np.ndarray]:
-    """The result row (columns,) and the final row (columns,) of row `i` of the table."""
+    """Return the result row (columns,) and the final row (columns,) of row `i` of the table."""
     changes, options, _, _ = TABLE[i]
     results, finals = compute_orbits(np.array(Parameters(**dict(changes))), options)
     return results[0], finals[0]
 
 
 def computed(i: int) -> tuple[tuple[float, ...], str]:
-    """What the table has of its row `i`."""
+    """Return the numbers and the hash for row `i` of the table."""
     result, final = results_of(i)
     digest = hashlib.sha256(result[HASHED].tobytes() + final.tobytes()).hexdigest()
     return tuple(result[COLUMNS].tolist()), digest[:16]
@@ -148,23 +147,23 @@ def test_the_version_is_the_one_of_these_numbers() -> None:
 
 
 @pytest.mark.parametrize("i", ROWS)
-def test_the_numbers_are_those_of_the_version(i: int) -> None:
+def test_the_numbers_agree_with_the_version(i: int) -> None:
     numbers = TABLE[i][2]
     assert computed(i)[0] == pytest.approx(numbers, rel=1e-9, abs=1e-12), (ADVICE, computed(i))
 
 
 @pytest.mark.parametrize("name", YOUNGER)
 @pytest.mark.parametrize("i", ROWS)
-def test_the_numbers_of_younger_variables_are_those_of_the_version(i: int, name: str) -> None:
+def test_the_numbers_of_younger_variables_agree_with_the_version(i: int, name: str) -> None:
     found = results_of(i)[0]
     value = found[RESULT_COLUMNS.index(name)]
-    # Of a locked film it is a small difference of large numbers: the digits are those of F.
+    # For a locked film this is a small difference of large numbers, with the digits of F.
     largest = found[RESULT_COLUMNS.index("friction_force_max")]
     assert value == pytest.approx(YOUNGER[name][i], rel=1e-9, abs=1e-9 * largest), (ADVICE, value)
 
 
 @pytest.mark.parametrize("i", ROWS)
-def test_every_bit_is_that_of_the_version(i: int) -> None:
+def test_every_bit_agrees_with_the_version(i: int) -> None:
     if this_machine() != MADE_ON:
         pytest.skip(f"the bits are those of {MADE_ON}, this is {this_machine()}")
     assert computed(i) == (TABLE[i][2], TABLE[i][3]), (ADVICE, computed(i))

@@ -1,4 +1,4 @@
-"""Which random numbers a path gets: by its point, its seed and its place, and by nothing else."""
+"""The random numbers of a path depend on its point, its seed and its place, and on nothing else."""
 
 from typing import Any
 
@@ -16,8 +16,8 @@ def key(seed: int = 1, **changes: float) -> tuple[float, ...]:
     return tuple(keys_of(np.array([Parameters(**changes)]), seed)[0].tolist())
 
 
-def test_a_key_is_two_words_and_stays_what_it_was() -> None:
-    # Whatever changes these numbers changes every stochastic result.
+def test_a_key_is_two_words_and_stays_the_same() -> None:
+    # A change of these numbers changes every stochastic result.
     assert key() == (3775397130.0, 4136475804.0)
     assert all(0 <= word < 2**32 and word == int(word) for word in key())
 
@@ -39,14 +39,14 @@ def test_every_parameter_makes_another_key(name: str) -> None:
     assert key(**changes) != key()
 
 
-def test_a_mirror_image_has_the_key_of_its_twin() -> None:
+def test_a_mirror_image_has_the_key_of_its_original() -> None:
     twin = {"drive_amplitude": 8e-7, "initial_displacement": 1e-7, "initial_velocity": -2e-6}
     assert key(**twin) == key(**{name: -value for name, value in twin.items()})
     assert key(drive_amplitude=-8e-7) == key(drive_amplitude=8e-7)  # x_0 = v_0 = 0 either way
     assert key(**twin) != key(**twin | {"drive_amplitude": -8e-7})
 
 
-def test_the_number_of_paths_changes_none_of_them() -> None:
+def test_the_number_of_paths_does_not_change_their_streams() -> None:
     points = np.array([Parameters(), Parameters(temperature=250.0)])
     few, many = (streams_of(points, Options(noise="stochastic", realizations=n)) for n in (2, 5))
     np.testing.assert_array_equal(few.reshape(2, 2, -1), many.reshape(2, 5, -1)[:, :2])
@@ -67,7 +67,7 @@ def drawn(count: int, words: int) -> np.ndarray[Any, Any]:
     return out
 
 
-def test_signs_are_as_often_positive_as_negative_and_independent() -> None:
+def test_signs_are_balanced_and_independent() -> None:
     found = drawn(SIGNS, 4000)
     allowed = 4.0 / np.sqrt(found.size)
     assert set(np.unique(found)) == {-1.0, 1.0}

@@ -1,4 +1,4 @@
-"""Trajectories by either method: the paper's scheme by hand, its order, and what overflows."""
+"""Trajectories of Euler-Cromer: its first steps by hand, its division of a period, overflow."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from stickslip.options import DEFAULTS, Options
 
 
 def sampled(p: Parameters, options: Options, per_period: int = 1) -> tuple[np.ndarray, int]:
-    """The states (x, v, phi) of a period from the start, past any refusal, and the Status."""
+    """Return the states (x, v, phi) of a period from the start, without refusal, and the Status."""
     start, samples = np.empty(3), np.empty((per_period + 1, 3))
     start_kernel(DEFAULTS.physics)(np.array(p), start)
     return samples, write_trajectory(np.array(p), options, start, per_period, samples)
 
 
-def test_a_step_that_overflows_is_seen() -> None:
-    # Twice the stable step at 38 rad/s.
+def test_a_step_that_overflows_is_detected() -> None:
+    # This is twice the stable step at 38 rad/s.
     p = Parameters(angular_frequency=38.0)
     assert sampled(p, Options(method="euler-cromer", dt=1.6e-8))[1] == Status.DIVERGED
 
 
 def test_a_period_is_divided_evenly() -> None:
-    # dt does not divide the period: the last sample is at its end all the same.
+    # dt does not divide the period, but the last sample is at the end nevertheless.
     p = Parameters(elastic_coefficient=0.0, initial_displacement=1e-7)
     period = 2 * math.pi / 10
     found = simulate(p, method="euler-cromer", dt=period / 20_000.5, periods=1)
@@ -34,8 +34,8 @@ def test_a_period_is_divided_evenly() -> None:
 
 
 def test_the_first_steps_are_those_of_the_method() -> None:
-    # By hand: v from the old state, x with the new v, phi from the old state and not negative.
-    # From x = 0, so that the new v (1e-4 beside the old one in a step) shows in x.
+    # v comes from the old state, x from the new v, and phi from the old state and is not negative.
+    # It starts at x = 0, so that the new v, which differs by 1e-4 from the old one, shows in x.
     p = Parameters(
         angular_frequency=2e5,
         drive_amplitude=8e-11,

@@ -1,4 +1,4 @@
-"""Motions that the search gives up for lost: watched, and either measured or searched on."""
+"""Motions whose search found no cycle are watched, and then measured or searched again."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ POINT = row(elastic_coefficient=0.0)
 
 @pytest.fixture
 def wandering(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The search loses the way after the third period, once."""
+    """Let the search fail once, after the third period."""
     kernels, calls = settling.kernels_of, []
 
     def kernels_that_lose(family: Family) -> Any:
@@ -41,17 +41,17 @@ def wandering(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(settling, "kernels_of", kernels_that_lose)
 
 
-def test_what_attracts_is_searched_on(wandering: None) -> None:
+def test_the_search_goes_on_if_neighbours_approach(wandering: None) -> None:
     found = orbits(POINT, **SHORT)
     assert found.status == Status.OK
     assert found.periods_integrated > 128
-    # The orbit of a search that was not lost; this one began nearer to it.
+    # The orbit agrees with an undisturbed search; the measurement began nearer to it.
     exact = orbits(POINT, rtol=1e-9, stationary_rtol=1e-9)
     force, error = exact.friction_force_amplitude, found.amplitude_error + 1e-4
     assert abs(found.friction_force_amplitude / force - 1.0) <= error
 
 
-def test_what_does_not_is_measured_over_the_window(
+def test_otherwise_the_motion_is_measured_over_the_window(
     wandering: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(watching, "LEAST_GROWTH", -np.inf)

@@ -1,4 +1,4 @@
-"""Points of the paper's figures, and orbits that are computed once for all tests of a process."""
+"""Points of the paper's figures and of other motions, and their orbits."""
 
 from __future__ import annotations
 
@@ -18,38 +18,56 @@ GAMMAS = (-2 / 3, 0.0, 2 / 3)
 """The three lubricants of Figs. 7 to 9."""
 
 LOCKED = (0.0, 2 / 3)
-"""Those whose block moves with the drive."""
+"""The lubricants whose block moves with the drive."""
 
 FIG_7 = ("temperature", tuple(np.linspace(150.0, 320.0, 86).tolist()))
 FIG_8 = ("viscosity_coefficient", tuple(np.linspace(1e4, 2e5, 39).tolist()))
 FIG_9 = ("spring_stiffness", tuple(np.linspace(100.0, 1e4, 100).tolist()))
 
+SUBHARMONIC = {
+    "temperature": 172.92, "viscosity_coefficient": 22891.7, "spring_stiffness": 5491.4,
+    "angular_frequency": 55.225,
+}  # fmt: skip
+
+TWO_SOLIDS = {
+    "cubic_coefficient": 230.0, "quartic_coefficient": 1475.83, "quintic_coefficient": 3258.33,
+    "sextic_coefficient": 2395.83,
+}  # fmt: skip
+"""The balance of these films turns at the order parameters 0.12, 0.4 and 0.5."""
+
+MISSED_STICKS = {
+    "angular_frequency": 200.0, "drive_amplitude": 4e-8, "spring_stiffness": 6e4,
+    "block_mass": 0.02, "rheological_index": 0.0, "viscosity_coefficient": 1000.0,
+    "noise_intensity": 1e-8, "initial_order_parameter": 0.6,
+}  # fmt: skip
+"""Stochastic noise makes this film miss a stick now and then; few fixed steps make a period."""
+
 
 def row(**changes: float) -> np.ndarray:
-    """The parameters of Fig. 3 with some changes, as kernels take them."""
+    """Return the parameters of Fig. 3 with some changes, as kernels take them."""
     return np.array(Parameters(**changes))
 
 
 def rows(axis: str, values: Iterable[float], **changes: float) -> np.ndarray:
-    """The points of an axis."""
+    """Return the points along an axis."""
     return np.array([Parameters(**{axis: value}, **changes) for value in values])
 
 
 def orbits(points: np.ndarray, **options: Any) -> SimpleNamespace:
-    """The result columns by name, for the options given; `.row` and `.final` hold all of them."""
+    """Return the result columns by name; `.row` and `.final` hold the whole arrays."""
     results, finals = compute_orbits(points, Options(**options))
     columns = dict(zip(RESULT_COLUMNS, results.T, strict=True))
     return SimpleNamespace(**columns, row=results, final=finals)
 
 
 def refuse_nothing(points: np.ndarray, options: Options) -> np.ndarray:
-    """What to put in the place of a driver's `largest_step` to get past its refusal."""
+    """Return infinite steps, in place of a driver's `largest_step`, so that it refuses nothing."""
     return np.full(len(points), np.inf)
 
 
 @cache
 def curve(figure: tuple[str, tuple[float, ...]], gamma: float) -> SimpleNamespace:
-    """A curve of Fig. 7, 8 or 9 at the default settings; `.x` has its axis."""
+    """Return a curve of Fig. 7, 8 or 9 at the default settings; `.x` has its axis."""
     axis, values = figure
     computed = orbits(rows(axis, values, rheological_index=gamma))
     computed.x = np.array(values)
@@ -57,9 +75,9 @@ def curve(figure: tuple[str, tuple[float, ...]], gamma: float) -> SimpleNamespac
 
 
 def error_scales(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The least yardsticks of stress (over A) and force: 1 % of max(2K, M omega^2)|X_m|.
+    """Return the smallest scales of stress (over A) and force, 1 % of max(2K, M omega^2)|X_m|.
 
-    Of each harmonic of the drive, and their sum.
+    They are sums over the harmonics of the drive.
     """
     named = dict(zip(Parameters._fields, np.atleast_2d(points).T, strict=True))
     force = np.zeros(len(np.atleast_2d(points)))
@@ -73,7 +91,7 @@ def error_scales(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def amplitude_errors(
     computed: SimpleNamespace, points: np.ndarray, stress: np.ndarray, force: np.ndarray
 ) -> np.ndarray:
-    """Worse error of the two amplitudes, counted as `amplitude_error` counts it."""
+    """Return the larger error of the two amplitudes, as `amplitude_error` defines it."""
     stress_scale, force_scale = error_scales(points)
     return np.maximum(
         np.abs(computed.elastic_stress_amplitude - stress) / np.maximum(stress, stress_scale),

@@ -1,6 +1,6 @@
-"""The loops over lanes are vectors: what LLVM made of them, and not only what they return.
+"""The machine code of the loops over lanes consists of vector instructions.
 
-A loop that the compiler could not vectorise gives the same numbers six times slower.
+A loop that the compiler could not vectorise gives the same numbers, but is six times slower.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from stickslip.options import DEFAULTS
 pytestmark = pytest.mark.skipif(
     platform.machine().lower() not in ("x86_64", "amd64")
     or not llvm.get_host_cpu_features().get("avx2"),
-    reason="the assembly of machines with AVX2 alone is understood here",
+    reason="this test understands only the assembly of machines with AVX2",
 )
 
 _PACKED = re.compile(r"\tv(?:mul|add|sub|div|sqrt|fn?m(?:add|sub)\d+)pd\b")
@@ -39,16 +39,16 @@ _END_OF_FUNCTION = re.compile(r"^\.Lfunc_end\d+:", re.MULTILINE)
 
 
 def assembly(function: Any) -> str:
-    """What a function of an array of lanes is compiled to."""
+    """Return the assembly of a function of an array of lanes."""
     function.alone.compile((types.float64[::1],))
     (text,) = function.alone.inspect_asm().values()
     return text
 
 
 def body(text: str) -> str:
-    """The function with the most arithmetic; the others are wrappers for the interpreter.
+    """Return the function with the most arithmetic; the others are wrappers for the interpreter.
 
-    The number of lanes is known to the compiler, so what is left of the loop may be no loop.
+    The compiler knows the number of lanes, so it may unroll the loop completely.
     """
     parts = _END_OF_FUNCTION.split(text)
     return max(parts, key=lambda part: len(_PACKED.findall(part) + _SCALAR.findall(part)))
@@ -66,7 +66,7 @@ FUNCTIONS = problem_functions(DEFAULTS.physics)
 
 
 def problems_of(gamma: float | None) -> Any:
-    """The problem of a lane, for fluids of one family."""
+    """Return the function that reads the problem of a lane for one family of fluids."""
     return make_problems(Family(DEFAULTS.physics, gamma))
 
 
@@ -101,7 +101,7 @@ def test_the_noise_by_chance_in_lanes_is_packed() -> None:
     assert_vectors(assembly(make_kick(problems_of(0.0), FUNCTIONS.width)), 200)
 
 
-def test_scalar_code_and_calls_would_be_seen() -> None:
+def test_scalar_code_and_calls_are_detected() -> None:
     packed = "\tvmulpd\tx\n\tvfmadd231pd\ty\n"
     wrapper = ".Lfunc_end0:\n\tvmulsd\tz\n\tcallq\t*%rax\n.Lfunc_end1:\n"
     assert_vectors(packed + wrapper, 2)

@@ -1,4 +1,4 @@
-"""Orbits in lanes: those of the scalar drive, whatever the neighbours and the budgets."""
+"""Orbits in lanes agree with the scalar drive, whatever the neighbours and the budgets."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.points import GAMMAS, amplitude_errors, orbits, row
+from support.points import GAMMAS, SUBHARMONIC, amplitude_errors, orbits, row
 
 from stickslip import Options, Parameters, Status, simulate
 from stickslip.compiled.simd import LANES
@@ -21,19 +21,12 @@ from stickslip.orbit import compute_orbits
 
 COUNTS = ("orbit_periods", "melting_count")
 
-SUBHARMONIC = {
-    "temperature": 172.92,
-    "viscosity_coefficient": 22891.7,
-    "spring_stiffness": 5491.4,
-    "angular_frequency": 55.225,
-}
-
 
 @cache
 def random_points(
     number: int, seed: int = 20130720, fluids: tuple[float, ...] = (*GAMMAS, np.nan)
 ) -> np.ndarray:
-    """Points around the paper's, of these fluids in turn; NaN stands for any."""
+    """Return points around the paper's, of these fluids in turn; NaN stands for any fluid."""
     rng = np.random.default_rng(seed)
     points = [
         row(
@@ -55,7 +48,7 @@ def random_points(
 # --- the scalar drive -----------------------------------------------------------------------------
 
 
-def test_trajectories_in_lanes_end_where_those_of_the_scalar_drive_end() -> None:
+def test_trajectories_in_lanes_end_where_the_scalar_drive_ends() -> None:
     points = np.array([row(rheological_index=g) for g in (*GAMMAS, -0.5)])
     motions = motions_of(points, DEFAULTS.physics)
     motions.counts[:, CYCLE] = 2
@@ -80,26 +73,26 @@ LOOSE: dict[str, Any] = {"rtol": 1e-4, "stationary_rtol": 1e-4}
 
 @cache
 def alone(**options: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Fifty points, each computed by itself."""
+    """Return the results of fifty points, each computed alone."""
     parts = [compute_orbits(point, Options(**LOOSE, **options)) for point in trouble()]
     return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
 
 
 def trouble() -> np.ndarray:
-    """Fifty points, with starts that diverge among them."""
-    # Most are of one fluid: more than there are lanes, so that lanes take a point after another.
+    """Return fifty points, a few of which diverge at the start."""
+    # Most have one fluid, more than there are lanes, so that lanes take one point after another.
     points = np.concatenate([random_points(12), random_points(38, fluids=(-2 / 3,))])
     assert np.count_nonzero(points == -2 / 3) > 2 * LANES
     points[[3, 17, 40], Parameters._fields.index("initial_velocity")] = 1e200, -1e250, 1e300
     return points
 
 
-# One that all can keep, and budgets that run out for some of them.
+# One budget is enough for all, the others run out for some points.
 BUDGETS: list[dict[str, Any]] = [{}, {"max_periods": 6}, {"max_steps": 3000}]
 
 
 @pytest.mark.parametrize("budget", BUDGETS, ids=str)
-def test_a_point_has_the_same_bits_wherever_it_stands(budget: dict[str, Any]) -> None:
+def test_a_point_has_the_same_bits_among_any_neighbours(budget: dict[str, Any]) -> None:
     points, expected = trouble(), alone(**budget)
     rng = np.random.default_rng(1)
     orders = [np.arange(50), np.arange(50)[::-1], rng.permutation(50)]
@@ -149,7 +142,7 @@ def both(name: str) -> tuple[SimpleNamespace, SimpleNamespace]:
 
 
 @pytest.mark.parametrize("name", ATTRACTORS)
-def test_jumps_lead_to_the_orbit_of_plain_iteration(name: str) -> None:
+def test_jumps_end_on_the_orbit_of_plain_iteration(name: str) -> None:
     hurried, plain = both(name)
     assert hurried.status == plain.status == Status.OK
     for count in COUNTS:
@@ -159,7 +152,7 @@ def test_jumps_lead_to_the_orbit_of_plain_iteration(name: str) -> None:
     assert amplitude_errors(hurried, point, stress, force) <= 5e-6
     assert hurried.asymmetry == pytest.approx(plain.asymmetry, abs=1e-5)
     assert hurried.periods_integrated <= 1.5 * plain.periods_integrated + 10
-    # An asymmetric orbit may not come out as its mirror image.
+    # An asymmetric orbit must not come out as its mirror image.
     if plain.asymmetry > 1e-3:
         p = Parameters(*point)
         ours, theirs = hurried.final[0, :2], plain.final[0, :2]
@@ -182,20 +175,20 @@ MEASURED: dict[str, dict[str, float]] = {
 
 
 @pytest.mark.parametrize("name", MEASURED)
-def test_extremes_are_those_of_a_dense_trajectory_on_the_orbit(name: str) -> None:
+def test_extremes_agree_with_a_dense_trajectory_on_the_orbit(name: str) -> None:
     p = Parameters(**MEASURED[name])
     found = orbits(np.array(p))
     ds = simulate(p, periods=1, start="stationary", samples_per_period=400_000, rtol=1e-9)
     for quantity in ("elastic_stress", "friction_force"):
         values, scale = ds[quantity].values, getattr(found, f"{quantity}_amplitude")[0]
         high, low = (getattr(found, f"{quantity}_{end}")[0] for end in ("max", "min"))
-        # Samples miss the top by the square of their distance, and never exceed it by more than
-        # the error of the orbit.
+        # Samples miss the peak by the square of their distance, and exceed it by no more than the
+        # error of the orbit.
         assert -5e-6 * scale < high - values.max() < 1e-4 * scale
         assert -1e-4 * scale < low - values.min() < 5e-6 * scale
 
 
-def test_meltings_are_those_of_a_dense_trajectory_on_the_orbit() -> None:
+def test_meltings_agree_with_a_dense_trajectory_on_the_orbit() -> None:
     for changes in MEASURED.values():
         p = Parameters(**changes)
         found = orbits(np.array(p))
@@ -210,8 +203,8 @@ def test_meltings_are_those_of_a_dense_trajectory_on_the_orbit() -> None:
 
 
 def test_a_rejected_step_that_is_not_finite_leaves_no_trace_in_the_record() -> None:
-    # At loose tolerances some attempted steps overflow; they are rejected and not measured. So may
-    # those to an extremum within a step, whose length no error control has chosen.
+    # At loose tolerances some attempted steps overflow, and are rejected and not measured. The step
+    # to an extremum, whose length no error control has chosen, may overflow too.
     for seed in (3, 5):
         found = orbits(random_points(200, seed), rtol=1e-3, stationary_rtol=1e-3)
         counts = np.bincount(found.status.astype(int), minlength=7)

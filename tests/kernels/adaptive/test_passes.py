@@ -1,4 +1,4 @@
-"""A pass: in one go, in portions or half period by half period, the same bits."""
+"""A pass gives the same bits as a whole, in portions or half period by half period."""
 
 from __future__ import annotations
 
@@ -20,17 +20,15 @@ from stickslip.kernels.orbits.motions import (
 )
 from stickslip.options import DEFAULTS
 
-LAW = DEFAULTS.physics
-PSEUDOPLASTIC = Family(LAW, -2 / 3)
-
-
+PHYSICS = DEFAULTS.physics
+PSEUDOPLASTIC = Family(PHYSICS, -2 / 3)
 POINTS = rows("temperature", np.linspace(180.0, 290.0, 21))
 
 
 def worked(task: passes.Pass, attempts: int) -> tuple[Motions, int]:
-    """The motions of pseudoplastic points after a pass, in portions of so many attempts."""
+    """Return pseudoplastic motions after a pass in portions of so many attempts, and the calls."""
     kernel, more = passes.pass_kernel(PSEUDOPLASTIC), np.arange(len(POINTS))
-    motions, lanes, calls = motions_of(POINTS, LAW), passes.new_lanes(3, len(POINTS)), 0
+    motions, lanes, calls = motions_of(POINTS, PHYSICS), passes.new_lanes(3, len(POINTS)), 0
     left, ended = len(POINTS), []
     motions.rtols[:], motions.counts[:, CYCLE] = 1e-4, 3
     while left > 0:
@@ -58,13 +56,13 @@ def test_a_pass_in_portions_gives_the_same_bits(mode: int) -> None:
 
 
 def after_search_pass(ahead: int, times: int) -> np.ndarray:
-    """What so many passes of so many half periods each have led to, (n, columns)."""
-    motions, order = motions_of(POINTS, LAW), np.random.default_rng(1)
+    """Return the last row of `ahead`, (n, columns), after passes of `ahead` half periods each."""
+    motions, order = motions_of(POINTS, PHYSICS), np.random.default_rng(1)
     motions.rtols[:], motions.counts[:, AHEAD] = 1e-4, ahead
     last, width = motions.ahead[:, ahead - 1], motions.width
     for _ in range(times):
         way = passes.InLanes(motions, PSEUDOPLASTIC, passes.Pass(passes.SEARCH, 0, 1_000_000))
-        way.finish(order.permutation(len(POINTS)))  # in any company
+        way.finish(order.permutation(len(POINTS)))  # in any order
         assert (motions.counts[:, DONE] == ahead).all()
         motions.states[:], motions.control[:] = last[:, : width + 1], last[:, width + 1 : width + 3]
     return last[:, :-1].copy()
@@ -77,8 +75,8 @@ def test_a_motion_that_is_cut_into_half_periods_has_the_same_bits() -> None:
         np.testing.assert_array_equal(cut, whole, strict=True)
 
 
-def test_a_search_is_told_of_every_half_period_before_a_failure() -> None:
-    motions = motions_of(POINTS, LAW)
+def test_a_search_learns_every_half_period_before_a_failure() -> None:
+    motions = motions_of(POINTS, PHYSICS)
     motions.rtols[:], motions.counts[:, AHEAD] = 1e-4, 8
     task = passes.Pass(passes.SEARCH, 0, 300)
     passes.InLanes(motions, PSEUDOPLASTIC, task).finish(np.arange(len(POINTS)))
@@ -92,13 +90,13 @@ def test_a_search_is_told_of_every_half_period_before_a_failure() -> None:
         assert (attempts[row, count + 1 :] == 0).all()
 
 
-def test_points_that_have_failed_take_part_in_no_further_pass() -> None:
+def test_failed_points_take_part_in_no_further_pass() -> None:
     points = rows("temperature", [200.0, 210.0, 220.0])
-    motions = motions_of(points, LAW)
+    motions = motions_of(points, PHYSICS)
     motions.counts[1, OUTCOME] = Status.DIVERGED
     motions.counts[:, CYCLE] = 2
     before = motions.states[1].copy()
-    passes.work_through(motions, passes.TRAVEL, 1e-4, 10**6, LAW)
+    passes.work_through(motions, passes.TRAVEL, 1e-4, 10**6, PHYSICS)
     assert motions.counts[:, OUTCOME].tolist() == [Status.OK, Status.DIVERGED, Status.OK]
     np.testing.assert_array_equal(motions.states[1], before)
     assert np.all(motions.counts[[0, 2], ATTEMPTED] > 0)

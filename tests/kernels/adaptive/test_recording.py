@@ -1,4 +1,4 @@
-"""Extrema inside a step: where the parabola through three nodes has its vertex."""
+"""Extrema inside a step, at the vertex of the parabola through three nodes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from stickslip.kernels.adaptive.recording import NODES, WEIGHTS, vertex
     st.floats(-2.0, 2.0),
     st.floats(0.1, 10.0),
 )
-def test_the_nodes_may_lie_anywhere(nodes: list[float], at: float, bend: float) -> None:
+def test_a_parabola_has_its_vertex_for_any_nodes(
+    nodes: list[float], at: float, bend: float
+) -> None:
     nodes = sorted(nodes)
     assume(np.min(np.diff(nodes)) > 1e-3)
     values = (bend * (x - at) ** 2 for x in nodes)
@@ -26,7 +28,7 @@ def test_the_nodes_may_lie_anywhere(nodes: list[float], at: float, bend: float) 
 
 @pytest.mark.parametrize("values", [(1.0, 1.0, 1.0), (0.0, 1.0, 2.0)])
 def test_a_straight_line_has_no_vertex(values: tuple[float, float, float]) -> None:
-    # NaN or infinite: either lies between no two nodes, and nothing is looked at there.
+    # The result is NaN or infinite, which lies between no two nodes and is therefore ignored.
     assert not -1e300 < vertex(0.0, 1.0, 2.0, *values) < 1e300
 
 

@@ -1,4 +1,4 @@
-"""The paper's own method: first order, refused where unstable, and in agreement with the other."""
+"""The paper's method is of first order, refuses unstable steps and agrees with the adaptive one."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_refusal_begins_at_the_largest_stable_step(changes: dict[str, float]) ->
     assert orbits(row(**changes), dt=limit * (1 + 1e-12), **options).status == Status.REFUSED
 
 
-# Points whose largest stable step is long: a liquid film, a slow one, and one without elasticity.
+# Points with a long largest stable step: liquid or slow films, and films without elasticity.
 STABLE = [
     ({"elastic_coefficient": 0.0}, 2e-5),
     ({"elastic_coefficient": 0.0, "rheological_index": -0.5}, 2e-5),
@@ -41,16 +41,9 @@ STABLE = [
 ]
 STABLE_AT_GAMMA_0 = [
     ({"temperature": 300.0, "rheological_index": 0.0, "viscosity_coefficient": 1e4}, 7e-7),
-    (
-        {
-            "temperature": 250.0,
-            "rheological_index": 0.0,
-            "viscosity_coefficient": 1e4,
-            "kinetic_coefficient": 1.0,
-        },
-        2e-6,
-    ),
-]
+    ({"temperature": 250.0, "rheological_index": 0.0, "viscosity_coefficient": 1e4,
+      "kinetic_coefficient": 1.0}, 2e-6),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -69,7 +62,7 @@ def test_orbits_agree_with_the_adaptive_ones_within_the_stated_error(
         *abs(fixed.friction_force_amplitude - exact.friction_force_amplitude)
         / np.maximum(exact.friction_force_amplitude, force_scale),
     )
-    # 1e-6 for the distance to the limit that `stationary_rtol` leaves to both.
+    # 1e-6 allows for the distance to the limit that `stationary_rtol` leaves both.
     assert true <= fixed.amplitude_error[0] + 1e-6
     assert fixed.amplitude_error[0] < 1e-4
     lost = abs(fixed.dissipated_energy - exact.dissipated_energy)
@@ -100,7 +93,7 @@ ORBITS: list[dict[str, float]] = [
 COARSE = {"method": "euler-cromer", "dt": 2e-5}
 
 
-def test_orbits_are_those_of_plain_iteration_by_the_scalar_drive() -> None:
+def test_orbits_agree_with_plain_iteration_by_the_scalar_drive() -> None:
     points = [Parameters(**changes) for changes in ORBITS]
     found = orbits(np.array(points), **COARSE, stationary_rtol=1e-5, max_periods=300)
     assert np.all(found.status == Status.OK)
@@ -141,18 +134,18 @@ def test_a_step_budget_covers_the_measurement() -> None:
     assert short.status == Status.STEP_LIMIT
 
 
-def test_points_start_by_themselves_or_where_they_are_told() -> None:
+def test_points_start_at_their_own_or_at_given_states() -> None:
     points, options = np.array([row(**ORBITS[0])] * 2), Options(**COARSE, stationary_rtol=1e-4)
     results, finals = compute_orbits(points, options)
     starts = np.array([np.full_like(finals[0], np.nan), finals[1]])
     again, _ = compute_orbits(points, options, starts)
     np.testing.assert_array_equal(again[0], results[0])
     fewer, more = again[1, PERIODS], results[1, PERIODS]
-    assert 3 <= fewer < more  # it is on its orbit from the beginning
+    assert 3 <= fewer < more  # it starts on its orbit
     np.testing.assert_allclose(again[1, :2], results[1, :2], rtol=1e-3)
 
 
-def test_a_block_of_points_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_searches_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     points = np.array([Parameters(**changes) for changes in ORBITS])
     whole = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
     monkeypatch.setattr(settling, "AT_A_TIME", 3)
@@ -162,7 +155,7 @@ def test_a_block_of_points_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyP
 
 
 def test_an_orbit_that_diverges_leaves_the_others_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Past the refusal: a step that is twice too long for the first point.
+    # Without the refusal the step is twice too long for the first point.
     points = np.array([row(angular_frequency=2e3), row(elastic_coefficient=0.0)])
     options = {**COARSE, "stationary_rtol": 1e-3}
     alone = orbits(points[1], **options)

@@ -1,4 +1,4 @@
-"""Euler-Cromer in lanes against the scalar drive: the same numbers, alone and in company."""
+"""Euler-Cromer gives the same numbers in lanes, alone or with others, as by the scalar drive."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ STICK_SLIP = {"drive_amplitude": 1.5e-8, "temperature": 150.0}
 
 
 def fluids(gammas: tuple[float, ...]) -> dict[str, dict[str, float]]:
-    """Points of these rheological indices, with noise and without."""
+    """Return points of these rheological indices, with and without noise."""
     noisy = {f"gamma={gamma:.2f}": {"rheological_index": gamma} for gamma in gammas}
     return noisy | {f"{name} quiet": p | {"noise_intensity": 0.0} for name, p in noisy.items()}
 
 
 FLUIDS = fluids((*GAMMAS, *OTHER_GAMMAS))
-# The suite compiles three kernels, `make stress` those of the other fluids, with and without noise.
+# The suite compiles three kernels, `make stress` the kernels of all fluids.
 COMPILED = ("gamma=-0.67", "gamma=-0.67 quiet", "gamma=-0.50")
 POINTS: dict[str, dict[str, float]] = {
     **{name: FLUIDS[name] for name in COMPILED},
@@ -66,7 +66,7 @@ def assert_close(
     exact: tuple[np.ndarray, np.ndarray],
     rtol: float = 1e-12,
 ) -> None:
-    """Agreement to `rtol` of the sizes that tolerances refer to."""
+    """Assert agreement to `rtol` of the scales that tolerances refer to."""
     X_m = abs(p.drive_amplitude)
     sizes = np.array([X_m, X_m * p.angular_frequency])
     np.testing.assert_array_less(np.abs(found[0] - exact[0])[:2] / sizes, rtol)
@@ -83,7 +83,7 @@ def assert_close(
 
 
 @pytest.mark.parametrize("points", SETS, ids=SET_NAMES)
-def test_a_period_is_that_of_the_scalar_drive(points: dict[str, dict[str, float]]) -> None:
+def test_a_period_agrees_with_the_scalar_drive(points: dict[str, dict[str, float]]) -> None:
     for changes in points.values():
         p = fast(**changes)
         states, records, statuses = period([p], FAST_DT)
@@ -92,7 +92,7 @@ def test_a_period_is_that_of_the_scalar_drive(points: dict[str, dict[str, float]
         assert_close(p, (states[0], records[0]), (state, record))
 
 
-def test_the_points_see_all_there_is_to_be_measured() -> None:
+def test_the_points_have_all_phases_and_meltings() -> None:
     records = period([fast(**changes) for changes in POINTS.values()], FAST_DT)[1]
     assert set(records[:, FIRST_PHASE]) == {1.0, 2.0}
     assert set(records[:, LAST_PHASE]) == {1.0, 2.0}
@@ -102,7 +102,7 @@ def test_the_points_see_all_there_is_to_be_measured() -> None:
 
 
 @pytest.mark.slow
-def test_a_stick_slip_period_at_a_fine_step_is_that_of_the_scalar_drive() -> None:
+def test_a_stick_slip_period_at_a_fine_step_agrees_with_the_scalar_drive() -> None:
     p = Parameters(angular_frequency=38.0, initial_order_parameter=0.6)
     states, records, _ = period([p], 1e-8)
     state, record, _ = euler_cromer_period(p, 1e-8)
@@ -113,7 +113,7 @@ def test_a_stick_slip_period_at_a_fine_step_is_that_of_the_scalar_drive() -> Non
 
 @pytest.mark.stress
 @pytest.mark.parametrize("of", SETS, ids=SET_NAMES)
-def test_travelling_and_measuring_lead_to_the_same_state(of: dict[str, dict[str, float]]) -> None:
+def test_travelling_and_measuring_end_in_the_same_state(of: dict[str, dict[str, float]]) -> None:
     points = [fast(**changes) for changes in of.values()]
     march = march_of(points, FAST_DT)
     march.start(np.arange(len(points)))
@@ -121,11 +121,11 @@ def test_travelling_and_measuring_lead_to_the_same_state(of: dict[str, dict[str,
     np.testing.assert_allclose(march.states(), period(points, FAST_DT)[0], rtol=1e-9)
 
 
-# --- company -------------------------------------------------------------------------------------
+# --- neighbours ----------------------------------------------------------------------------------
 
 
 def varied(count: int) -> tuple[list[Parameters], np.ndarray]:
-    """Points of all fluids with periods and steps of their own."""
+    """Return points of all fluids with various periods and steps."""
     rng = np.random.default_rng(3)
     points = [
         fast(
@@ -140,7 +140,7 @@ def varied(count: int) -> tuple[list[Parameters], np.ndarray]:
     return points, rng.uniform(0.5 * FAST_DT, FAST_DT, count)
 
 
-def test_a_point_does_not_know_who_shares_the_lanes() -> None:
+def test_a_point_does_not_depend_on_the_other_lanes() -> None:
     points, steps = varied(150)
     together = period(points, steps)
     order = np.random.default_rng(5).permutation(len(points))

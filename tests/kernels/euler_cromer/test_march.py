@@ -1,9 +1,10 @@
-"""The loops of the march: what LLVM made of them."""
+"""The machine code of the loops of the march."""
 
 from __future__ import annotations
 
 import re
 
+import llvmlite.binding as llvm
 import numpy as np
 import pytest
 from numba.core import config as numba_config
@@ -15,15 +16,13 @@ from stickslip.kernels.euler_cromer import march
 from stickslip.kernels.families import Family
 from stickslip.options import DEFAULTS
 
-LAW = DEFAULTS.physics
-
-FAMILIES = [Family(LAW, gamma) for gamma in (*GAMMAS, None)]
+FAMILIES = [Family(DEFAULTS.physics, gamma) for gamma in (*GAMMAS, None)]
 _ARITHMETIC = re.compile(r"\bv(?:mul|add|sub|fn?m(?:add|sub)\d+)(pd|sd)\b")
 _DIVISION = re.compile(r"\bv(?:div|sqrt)[ps]d\b")
 
 
 def hot_loops(assembly: str) -> list[str]:
-    """Innermost loops with 12 vector operations or more."""
+    """Return the innermost loops with 12 vector operations or more."""
     lines, labels, loops = assembly.splitlines(), {}, []
     for i, line in enumerate(lines):
         if label := re.match(r"(\.LBB\w+):", line):
@@ -38,13 +37,13 @@ def hot_loops(assembly: str) -> list[str]:
 
 
 def assembly_of(family: Family, noisy: bool, measured: bool) -> str:
-    """A march compiled anew: the code of a cached one cannot be looked at."""
+    """Return the assembly of a freshly compiled march, as a cached one has none."""
     fresh = jit(march.march_kernel(family, noisy, measured).py_func).alone
     fresh(march_of([fast()], FAST_DT).tasks, np.arange(0), 1)
     return fresh.inspect_asm(fresh.signatures[0])
 
 
-def test_a_loop_with_a_division_or_scalar_code_would_be_seen() -> None:
+def test_divisions_scalar_code_and_calls_are_detected() -> None:
     lines = [".LBB0_1:", *["vmulpd %zmm1"] * 30, "vdivpd %zmm2", "vmulsd %xmm1", "callq sin"]
     (loop,) = hot_loops("\n".join([*lines, "\tjne .LBB0_1"]))
     assert _DIVISION.search(loop)
@@ -59,8 +58,9 @@ def test_a_loop_with_a_division_or_scalar_code_would_be_seen() -> None:
 def test_the_hot_loop_is_vectors_without_calls_and_divisions(
     family: Family, noisy: bool, measured: bool
 ) -> None:
-    if not {"+avx2", "+avx512f"} & set((numba_config.CPU_FEATURES or host_features()).split(",")):
-        pytest.skip("this machine has no AVX2: its vectors are too short to tell")
+    features = numba_config.CPU_FEATURES or llvm.get_host_cpu_features().flatten()
+    if not {"+avx2", "+avx512f"} & set(features.split(",")):
+        pytest.skip("without AVX2 the vectors of this machine are too short")
     loops = hot_loops(assembly_of(family, noisy, measured))
     assert loops
     for loop in loops:
@@ -69,9 +69,3 @@ def test_the_hot_loop_is_vectors_without_calls_and_divisions(
         assert "ymm" in loop or "zmm" in loop
         # The logarithm of a general power divides.
         assert len(_DIVISION.findall(loop)) <= (2 if family.gamma is None else 0)
-
-
-def host_features() -> str:
-    from llvmlite import binding
-
-    return binding.get_host_cpu_features().flatten()

@@ -1,4 +1,4 @@
-"""The units of the fixed-step lanes: the same equations with the step for the unit of time."""
+"""Fixed-step lanes have the same equations, with the step as the unit of time."""
 
 from __future__ import annotations
 
@@ -18,10 +18,7 @@ from stickslip.kernels.euler_cromer.step_units import (
 )
 from stickslip.model import block, drive, film, noise, solids
 from stickslip.model.models import model_of
-from stickslip.model.rhs import (
-    film_melting_function,
-    relative_velocity,
-)
+from stickslip.model.rhs import film_melting_function, relative_velocity
 from stickslip.model.scaling import Units
 from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters, ParameterValues
@@ -30,7 +27,7 @@ INDICES = [-2 / 3, -0.5, 0.0, 0.3, 2 / 3]
 
 
 class Lane(NamedTuple):
-    """A point in its own units and in those of a lane with so many steps a period."""
+    """A point in SI units and in the units of a lane."""
 
     p: Parameters
     dt: float
@@ -59,7 +56,7 @@ def lanes(law: str, count: int = 40) -> list[Lane]:
     ]
 
 
-def test_a_step_of_a_lane_is_a_step_of_the_original_in_other_units(law: str) -> None:
+def test_a_step_of_a_lane_is_a_step_of_the_point_in_other_units(law: str) -> None:
     stress_and_force, rng = model_of(Physics(law)).equations.exact, np.random.default_rng(1)
     for p, dt, values, own, units in lanes(law):
         n, phi = (
@@ -73,7 +70,7 @@ def test_a_step_of_a_lane_is_a_step_of_the_original_in_other_units(law: str) -> 
         x_lane, v_lane, phi_lane = to_lane(units, y)
         u_lane = relative_velocity(values, n, v_lane)
         assert u_lane * units.speed == pytest.approx(u, rel=1e-12 * (1 + speed / abs(u)), abs=0)
-        # The slip is the same to the last bits from here on: a thin film amplifies them.
+        # From here on the slip must agree to the last bits, which a thin film amplifies.
         u = u_lane * units.speed
         stress, F = stress_and_force(p, u, phi)
         stress_lane, F_lane = stress_and_force(values, u_lane, phi_lane)
@@ -94,7 +91,7 @@ def test_a_step_of_a_lane_is_a_step_of_the_original_in_other_units(law: str) -> 
         assert rate_lane == pytest.approx(rate, abs=1e-12 * largest)
 
 
-def test_the_kick_of_the_noise_is_the_original_in_other_units(law: str) -> None:
+def test_the_kick_of_the_noise_is_the_same_in_other_units(law: str) -> None:
     for p, dt, _, own, _ in lanes(law, 10):
         least = own.least_phi
         assert least == pytest.approx(
@@ -105,7 +102,7 @@ def test_the_kick_of_the_noise_is_the_original_in_other_units(law: str) -> None:
             assert kick == pytest.approx(noise.typical_kick(p, phi, dt), rel=1e-12, abs=0)
 
 
-def test_the_thresholds_of_the_film_are_the_original_in_other_units(law: str) -> None:
+def test_the_thresholds_of_the_film_are_the_same_in_other_units(law: str) -> None:
     for p, _, values, own, _ in lanes(law, 10):
         solid = solids.solid_threshold(p)
         assert own.solid == pytest.approx(solid, rel=1e-12, abs=0)
@@ -121,7 +118,7 @@ def test_a_film_that_is_always_solid_never_melts(law: str) -> None:
 
 def test_a_lane_without_elasticity_has_finite_units_and_no_elastic_stress(law: str) -> None:
     lane = lane_of(law, Parameters(elastic_coefficient=0.0), 1000)
-    limits = ("soft", "hard")  # there is one solid: no limits of a second
+    limits = ("soft", "hard")  # a second solid would have these limits, but there is none
     assert all(math.isfinite(x) for name, x in lane.own._asdict().items() if name not in limits)
     assert np.all(np.isfinite(lane.units))
     stress, _ = model_of(Physics(law)).equations.exact(lane.values, 0.3, 0.5)
