@@ -1,1 +1,1 @@
-"""What tests share; no test imports another test."""
+"""Code that tests share; no test imports another test."""

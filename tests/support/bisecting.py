@@ -1,4 +1,4 @@
-"""What tests of borders share: shapes whose kinds are known at every place, bisected."""
+"""Bisection of shapes with known kinds, for tests of borders."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from sweeps.borders.crossings import Bisection, Crossings, Floats, Kinds
 
 
 class Model:
-    """Kinds of places, and how many were asked for at a time, at most `most` of them."""
+    """The kinds of places, and the number of places of each call, which is limited to `most`."""
 
     def __init__(self, kinds: Callable[[Floats], Kinds], most: int | None = None) -> None:
         self.kinds, self.most = kinds, most
         self.calls: list[int] = []
 
     def bisect(self, bisection: Bisection, first: int = 0) -> Crossings:
-        """Answer until nothing is left, from this middle on; return the crossings."""
+        """Answer until nothing is left, from the middle `first` on; return the crossings."""
         found = self.answer(bisection, first)
         assert bisection.left == 0
         return found
 
     def answer(self, bisection: Bisection, first: int = 0) -> Crossings:
-        """Answer until nothing is asked any more, the middles that came last before the others."""
+        """Answer until no middles remain, the last ones first; return the crossings."""
         waiting = np.arange(first, len(bisection))
         while len(waiting):
             count = self.most or len(waiting)

@@ -1,4 +1,4 @@
-"""A real browser: the Chromium of the system, headless and with an empty profile."""
+"""A real browser, the Chromium of the system, headless and with an empty profile."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _QUIET = [
         "disable-sync",
     )
 ]
-_WAIT = 120_000  # milliseconds: longer than anything takes, compiling included
+_WAIT = 120_000  # milliseconds, longer than anything takes, compilation included
 
 
 class Tab:
-    """A tab of the browser: the addresses that it asked for, the errors and warnings in it."""
+    """A tab of the browser, with the addresses that it requested, its errors and warnings."""
 
     def __init__(self, page: Any) -> None:
         self.page, self.requests, self.errors = page, list[str](), list[str]()
@@ -41,13 +41,13 @@ class Tab:
             self.errors.append(message.text)
 
     def requests_elsewhere(self, *here: str) -> list[str]:
-        """The addresses that begin with none of these, and hold no data themselves."""
+        """Return the addresses that begin with none of these and are no data URLs."""
         known = (*here, "data:", "blob:")
         return [address for address in self.requests if not address.startswith(known)]
 
 
 class Tabs:
-    """Opens files in tabs that are used again: a new one costs as much as the page in it."""
+    """Opens files in tabs and uses these again, since a new tab costs as much as its page."""
 
     def __init__(self, browser: Any, contexts: ExitStack) -> None:
         self._browser, self._contexts = browser, contexts
@@ -55,18 +55,18 @@ class Tabs:
         self._used: list[tuple[str, Tab]] = []
 
     def open(self, address: str, **window: Any) -> Any:
-        """Return the page of a tab in a window like that."""
+        """Return the page of a tab in a window with these options."""
         free = self._free.setdefault(key := repr(window), [])
         tab = free.pop() if free else self._new(window)
         self._used.append((key, tab))
-        tab.page.goto("about:blank")  # else another end of the same address loads nothing
+        tab.page.goto("about:blank")  # else an address that differs only after # loads nothing
         tab.requests.clear()
         tab.page.goto(address)
         tab.page.wait_for_selector("body[data-ready]")
         return tab.page
 
     def check(self) -> None:
-        """The pages are done with; they had no errors and asked for nothing elsewhere."""
+        """Assert that the pages had no errors and requested nothing elsewhere; free their tabs."""
         used, self._used = self._used, []
         for key, tab in used:
             self._free[key].append(tab)
@@ -82,14 +82,14 @@ class Tabs:
 
 @pytest.fixture(scope="module")
 def tabs(chromium: Any) -> Iterator[Tabs]:
-    """The tabs of a module of tests, each to end with a `check`."""
+    """The tabs of a test module, in which each test ends with a `check`."""
     with ExitStack() as contexts:
         yield Tabs(chromium, contexts)
 
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """The browser; a module of tests has one, so that no loop of events outlives it."""
+    """The browser, one for each test module, so that no event loop outlives it."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     found = [path for path in map(shutil.which, _NAMES) if path]
     if not found:
@@ -102,7 +102,7 @@ def chromium() -> Iterator[Any]:
 
 @contextmanager
 def opened_tab(browser: Any, width: int = 1500, height: int = 950, **device: Any) -> Iterator[Any]:
-    """An empty tab with cookies and storage of its own, for a `Tab`; a `device` may be a phone."""
+    """Open an empty tab with its own cookies and storage; a `device` may be a phone."""
     context = browser.new_context(viewport={"width": width, "height": height}, **device)
     context.set_default_timeout(_WAIT)
     try:

@@ -1,4 +1,4 @@
-"""How a curve goes: spread, falls, rises."""
+"""Properties of curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A law of friction of one's own, and a package that has it, as an installer leaves it."""
+"""A user's law of friction, and an installed package with it."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ LIMITED = FrictionLaw(
     fluids=({"k": 1e6, "gamma": 1e3}, {"k": 1e4, "gamma": 1e6}),
 )
 """
-"""The source of a law: a stress that a rate limits; `FACTOR` is to be put before it."""
+"""The source of a law whose stress a rate limits; it needs a `FACTOR` before it."""
 
 MODEL = "model: {k: 1e6, gamma: 1000, omega: 30}\nsweep: {T: {linspace: [200, 320], num: 4}}\n"
 LOOSE = "integrator: {rtol: 1e-4}\nstationary: {rtol: 1e-4}\n"
@@ -50,7 +50,7 @@ CONFIG = f"{MODEL}film: {{friction: limited}}\n{LOOSE}"
 
 
 def install(site: Path, *, factor: float = 1.0, version: str = "1.0", name: str = "pliant") -> Path:
-    """Write a distribution with the law into a folder, without an installer; returns its module."""
+    """Write a distribution with the law into a folder, as an installer does; return its module."""
     package, info = site / name, site / f"{name}-{version}.dist-info"
     for folder in (package, info):
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
-"""Pseudoplastic films that lock the block, and what they lose in closed form if it does not slip.
+"""Pseudoplastic films that lock the block, and the closed form of their loss without slip.
 
-Plain NumPy: nothing here is shared with `model`.
+This is plain NumPy and shares nothing with `model`.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import numpy as np
 
 from stickslip import Parameters
 
-_POINTS, _HALVINGS = 400, 80  # of the quadrature, of the interval of ln u
+_POINTS, _HALVINGS = 400, 80  # points of the quadrature, halvings of the interval of ln u
 
 
 def films(count: int, seed: int = 4303) -> np.ndarray:
-    """Rows (count, parameters) of films that start solid, with the block where the drive begins."""
+    """Return rows (count, parameters) of solid films whose block starts where the drive does."""
     rng, rows = np.random.default_rng(seed), []
 
     def log_uniform(low: float, high: float) -> float:
@@ -39,10 +39,10 @@ def films(count: int, seed: int = 4303) -> np.ndarray:
 
 
 def no_slip(points: np.ndarray) -> SimpleNamespace:
-    """The `work` [J] in a period of blocks that move with the drive, and their `slip` over X_m.
+    """Return the `work` [J] in a period of blocks that move with the drive, and their `slip`/X_m.
 
-    Arrays (n,). F = (2K - M omega^2) X_m cos(omega t); the film has the order parameter of a solid
-    at rest, and slips at the u at which it carries F.
+    Both are arrays (n,). F = (2K - M omega^2) X_m cos(omega t). The film has the order parameter of
+    a solid at rest, and slips with the u at which it carries F.
     """
     p = dict(zip(Parameters._fields, points.T[:, :, None], strict=True))
     heating = 2.0 * p["thermal_coefficient"] * (p["temperature"] - p["critical_temperature"])

@@ -1,7 +1,6 @@
-"""Stroboscopic maps to search for orbits on, and the search of a drive without a drive.
+"""Stroboscopic maps with known orbits, and a search for these orbits without a drive.
 
-A map stands for half a drive period with the signs turned, or, with `per_period` 1, for a whole
-one; no drive is needed to judge it.
+A map stands for half a drive period with reversed signs or, with `per_period` 1, for a whole one.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ def new_memory(
     late: bool = False,
     filled_with: int = 0,
 ) -> Any:
-    """The record of a search that starts from `z`; whatever it held before."""
+    """Return the record of a search that starts from `z`, whatever the record held before."""
     record = np.frombuffer(
         bytes([filled_with]) * search.memory_of(3).itemsize, search.memory_of(3)
     ).copy()
@@ -40,7 +39,7 @@ def new_memory(
 
 
 class Search(NamedTuple):
-    """How a search ended: `z` with the last correction, `raw` without it."""
+    """The end of a search, with the last correction in `z` and without it in `raw`."""
 
     z: np.ndarray
     verdict: int
@@ -64,7 +63,7 @@ def find(
     refinable: bool = True,
     late: bool = False,
 ) -> Search:
-    """The orbit on which the map settles, from `z`."""
+    """Return the orbit on which the map settles from `z`."""
     memory = new_memory(z, per_period, accelerate=accelerate, refinable=refinable, late=late)
     noise, verdicts = rtol, []
     while True:
@@ -85,7 +84,7 @@ def find(
 
 
 def linear(slow: float, fast: float = 0.05, film: float = 0.1) -> Map:
-    """To LIMIT, slowly along (1, 0.4), fast across it; the film on its own."""
+    """Return a map to LIMIT, slow along (1, 0.4) and fast across it, with a separate film."""
 
     def S(z: State, noise: float) -> State:
         x, v, w = np.array(z) - LIMIT
@@ -96,7 +95,7 @@ def linear(slow: float, fast: float = 0.05, film: float = 0.1) -> Map:
 
 
 def cyclic(length: int, ratio: float, seed: int | None = None) -> tuple[Map, np.ndarray]:
-    """A map with an attracting cycle of points (length, 3) far apart, shuffled with a seed."""
+    """Return a map and its attracting cycle (length, 3) of distant points, shuffled by a seed."""
     angles = 2 * np.pi * np.arange(length) / length
     if seed is not None:
         angles = np.random.default_rng(seed).permutation(angles)
@@ -111,7 +110,7 @@ def cyclic(length: int, ratio: float, seed: int | None = None) -> tuple[Map, np.
 
 
 def pitchfork(growth: float) -> Map:
-    """The symmetric orbit x = 0 repels by -growth; from outside it seems to be the limit."""
+    """Return a map whose orbit x = 0 repels by -growth, but seems to be the limit from outside."""
 
     def S(z: State, noise: float) -> State:
         x, v, _ = z
@@ -121,7 +120,7 @@ def pitchfork(growth: float) -> Map:
 
 
 def noisy(S: Map, level: float, seed: int) -> Map:
-    """With noise of so many tolerances of the integrator in x and v."""
+    """Return the map with noise in x and v, `level` times the tolerance of the integrator."""
     rng = np.random.default_rng(seed)
 
     def with_noise(z: State, noise: float) -> State:

@@ -1,4 +1,4 @@
-"""Periods of Euler-Cromer that take little time: a short and fast drive of a solid film."""
+"""Cheap periods of Euler-Cromer, with a short and fast drive of a solid film."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def fast(**changes: float) -> Parameters:
 
 
 def march_of(points: list[Parameters], dt: float | np.ndarray) -> March:
-    """Points at their starts, each with its own step."""
+    """Return the march of points at their starts, each with its own step."""
     array, count = np.array(points), len(points)
     steps, starts = np.empty(count, np.int64), np.empty((count, 3))
     for i, step in enumerate(np.broadcast_to(dt, count).tolist()):
@@ -37,7 +37,7 @@ def march_of(points: list[Parameters], dt: float | np.ndarray) -> March:
 def period(
     points: list[Parameters], dt: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States (x, v, phi) and records in SI units after a measured period, and the statuses."""
+    """Return states (x, v, phi) and records in SI units after a measured period, and statuses."""
     march = march_of(points, dt)
     march.start(np.arange(len(points)))
     march.march(measured=True)

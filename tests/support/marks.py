@@ -1,4 +1,4 @@
-"""Which of many similar cases the suite takes, and which are left to `make stress` or `faults`."""
+"""The choice between the suite and `make stress` or `make faults` for many similar cases."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import pytest
 
 
 def one_then(mark: str, values: Sequence[Any]) -> list[Any]:
-    """Cases of a parametrized test: the first belongs to the suite, the others bear the mark."""
+    """Return cases of a parametrized test; all but the first have the mark."""
     return [values[0], *marked(mark, values[1:])]
 
 
 def marked(mark: str, values: Sequence[Any]) -> list[Any]:
-    """Cases, each of several values where it is a tuple, with the mark."""
+    """Return cases with the mark; a tuple is a case of several values."""
     cases = [value if type(value) is tuple else (value,) for value in values]
     return [pytest.param(*case, marks=getattr(pytest.mark, mark)) for case in cases]

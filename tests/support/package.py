@@ -1,4 +1,4 @@
-"""A copy of the package that a test may change, and code that runs in it."""
+"""A copy of the package that a test may change, and code that runs with it."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import stickslip
 
 PACKAGE = Path(stickslip.__file__).parent
 
-ENDED = 300.0  # seconds: a hang, on any machine
+ENDED = 300.0  # seconds, after which a process hangs on any machine
 
 
 def copy_of_package(folder: Path, package: Path = PACKAGE) -> Path:
-    """The sources of a package copied into `folder`."""
+    """Copy the sources of a package into `folder`."""
     ignore = shutil.ignore_patterns("__pycache__")
     return Path(shutil.copytree(package, folder / package.name, ignore=ignore))
 
 
 def start_python(script: str, cache: Path, package: Path = PACKAGE) -> subprocess.Popen[str]:
-    """A fresh interpreter with the given package and folder of compiled code."""
+    """Start an interpreter with the given package and folder of compiled code."""
     return subprocess.Popen(
         [sys.executable, "-W", "default", "-c", script],
         env=os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(package.parent)},
@@ -34,7 +34,7 @@ def start_python(script: str, cache: Path, package: Path = PACKAGE) -> subproces
 
 
 def run_python(script: str, cache: Path, package: Path = PACKAGE) -> tuple[str, str]:
-    """What a script prints and warns; an AssertionError where it fails."""
+    """Return the output and the warnings of a script; raise AssertionError if it fails."""
     process = start_python(script, cache, package)
     out, err = process.communicate(timeout=ENDED)
     assert process.returncode == 0, err

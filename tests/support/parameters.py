@@ -1,4 +1,4 @@
-"""Parameters drawn at random around those of the paper."""
+"""Random parameters around the paper's."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import numpy as np
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, STARTING
 
-# What stays as it is in the paper.
+# These stay as in the paper.
 _KEPT = {*STARTING, "quintic_coefficient", "sextic_coefficient"}
 
 
 def random_parameters(rng: np.random.Generator, gamma: float) -> Parameters:
-    """Parameters of a fluid with this rheological index, each within a decade of the paper's.
+    """Return parameters of a fluid with this rheological index, within a decade of the paper's.
 
-    One that is not named here is drawn as well, so that no new one is left out of a test.
+    Parameters that are not named here are random too, so that no test misses a new one.
     """
 
     def around(value: float) -> float:

@@ -1,4 +1,4 @@
-"""Small datasets to draw, and what is seen in a picture of them."""
+"""Small datasets to draw, and the contents of their pictures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def described(ds: xr.Dataset) -> xr.Dataset:
 
 
 def sweep(**axes) -> xr.Dataset:
-    """A sweep over the given axes whose stress falls with every axis; the force is constant."""
+    """Return a sweep whose stress falls along every axis and whose force is constant."""
     shape = tuple(len(values) for values in axes.values())
     ramps = np.meshgrid(*(np.linspace(1.0, 0.2, n) for n in shape), indexing="ij")
     stress = 4e6 * np.prod(ramps, axis=0) if shape else np.array(4.3e6)
@@ -38,7 +38,7 @@ def sweep(**axes) -> xr.Dataset:
 
 
 def fitted(*hues: float) -> xr.Dataset:
-    """A fit of four temperatures, at each of some frequencies; the second is next to a jump."""
+    """Return a fit of four temperatures per frequency; the second datum is next to a jump."""
     axes = {"temperature": TEMPERATURES} | ({"angular_frequency": list(hues)} if hues else {})
     count = 4 * max(len(hues), 1)
     temperature = np.tile([160.0, 200.0, 240.0, 280.0], max(len(hues), 1))
@@ -61,7 +61,7 @@ def fitted(*hues: float) -> xr.Dataset:
 
 
 def drawn() -> xr.Dataset:
-    """A fit with a posterior of k and gamma, which are correlated."""
+    """Return a fit with a posterior of k and gamma, which are correlated."""
     k, gamma = (
         np.random.default_rng(1)
         .multivariate_normal([7e4, -0.55], [[4e6, -6.0], [-6.0, 1e-5]], (8, 200))
@@ -78,7 +78,7 @@ def drawn() -> xr.Dataset:
 
 
 def failed(ds: xr.Dataset, status: Status, **index) -> xr.Dataset:
-    """The same sweep with some points ended otherwise, as a result file holds them."""
+    """Return the sweep with another status of some points, as in a result file."""
     ds = ds.copy(deep=True)
     ds["status"][index] = status
     for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
@@ -87,7 +87,7 @@ def failed(ds: xr.Dataset, status: Status, **index) -> xr.Dataset:
 
 
 def linked(ds: xr.Dataset) -> xr.Dataset:
-    """A sweep along `case` with the parameters of two to nine linked cases."""
+    """Return a sweep along `case` with the parameters of two to nine linked cases."""
     count = ds.sizes["case"]
     amplitude = np.linspace(0.4e-6, 0.8e-6, count)
     linked_coords = {
@@ -98,14 +98,14 @@ def linked(ds: xr.Dataset) -> xr.Dataset:
 
 
 def both_ways(ds: xr.Dataset) -> xr.Dataset:
-    """The sweep upward, and downward with half its stress."""
+    """Return the sweep upward, and downward with half its stress."""
     down = ds.assign(elastic_stress_amplitude=ds.elastic_stress_amplitude * 0.5)
     both = xr.concat([ds, down], dim="direction", combine_attrs="override")
     return described(both.assign_coords(direction=["up", "down"]))
 
 
 def random_cases(count: int = 60, **varied: tuple[float, float]) -> xr.Dataset:
-    """A sweep over linked cases in no order; a third of them each of the regimes 0, 1 and 2."""
+    """Return a sweep over unordered linked cases, a third each of the regimes 0, 1 and 2."""
     ds = sweep(case=np.arange(count))
     rng = np.random.default_rng(7)
     coords = {name: ("case", rng.uniform(*bounds, count)) for name, bounds in varied.items()}
@@ -141,7 +141,7 @@ def portraits() -> xr.Dataset:
 
 
 def curves(axes):
-    """The lines of a panel that show data."""
+    """Return the lines of a panel that show data."""
     furniture = {"missing", "origin", "border", "jump"}
     return [line for line in axes.get_lines() if line.get_gid() not in furniture]
 
@@ -151,7 +151,7 @@ def crosses(axes):
 
 
 def jumps(axes):
-    """Where the dotted lines of a panel are."""
+    """Return the positions of the dotted lines of a panel."""
     return [float(line.get_xdata()[0]) for line in axes.get_lines() if line.get_gid() == "jump"]
 
 

@@ -1,6 +1,6 @@
-"""The names that scripts, configs and files rely on, a line each, with what belongs to a name.
+"""The names on which scripts, configs and files rely, one per line with its details.
 
-`PYTHONPATH=tests python -m support.public_names` prints those of this version.
+`PYTHONPATH=tests python -m support.public_names` prints the names of this version.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from sweeps.points import Point
 
 API = Path(__file__).parents[2] / "docs" / "api.md"
 GIVEN = (StickslipAccessor, Point)
-"""Classes whose objects scripts use, but do not make."""
+"""Classes whose objects scripts use but do not make."""
 
 
 def public_names() -> list[str]:
-    """All of them."""
+    """Return all names."""
     return [*_python(), *_commands(), *_config(), *_files()]
 
 
@@ -74,7 +74,7 @@ def _config() -> Iterator[str]:
 
 
 def _keys(owner: str, schema: Mapping[str, Any]) -> Iterator[str]:
-    """The keys of a section and the values that a key may have by name, as its schema has them."""
+    """Yield the keys of a section, and the named values of a key, from its schema."""
     for name, part in schema.get("properties", {}).items():
         yield f"{owner}: {name}"
         for choice in _choices(part):

@@ -1,4 +1,4 @@
-"""Records of orbits that break nothing, for tests of what is made of them."""
+"""Records of plausible orbits, for tests of the results from them."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ import numpy as np
 
 from stickslip.measure import accumulate
 from stickslip.measure.accumulate import RECORD, UNSEEN
-from stickslip.measure.results import (
-    RecordUnits,
-)
+from stickslip.measure.results import RecordUnits
 
 SI = RecordUnits(1.0, 1.0, 1.0, 1.0)
 
 
 def record_of(**slots: float) -> np.ndarray:
-    """A record of an orbit that breaks nothing, with some slots changed."""
+    """Return the record of a plausible orbit, with some slots changed."""
     found = {
         "STRESS_MAX": 3e6, "STRESS_MIN": -1e6, "FORCE_MAX": 2e-3, "FORCE_MIN": -1e-3,
         "BLOCK_WORK": 0.0, "LOSS": 6e-9, "ABSOLUTE_WORK": 1e-8, "PHI_MAX": 0.6,

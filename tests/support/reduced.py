@@ -1,4 +1,4 @@
-"""Parameters in units of a point's own, as tuples."""
+"""Parameters in a point's own units, as tuples."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from stickslip.parameters import ParameterValues
 
 
 def reduced_of(p: ParameterValues, physics: Physics) -> Reduced:
-    """The parameters in the units of the nondimensional model."""
+    """Return the parameters in the units of the nondimensional model."""
     row = np.empty(len(Reduced._fields))
     model_of(physics).write_reduced(p, row)
     return Reduced(*row.tolist())
 
 
 def step_parameters_of(p: ParameterValues, steps: int, law: str) -> StepParameters:
-    """The parameters in the units of a fixed-step lane with so many steps a period."""
+    """Return the parameters in the units of a fixed-step lane with `steps` per period."""
     row = np.empty(len(StepParameters._fields))
     step_reduction(law)(p, steps, row)
     return StepParameters(*row.tolist())

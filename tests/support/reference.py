@@ -1,7 +1,6 @@
-"""The slow, obviously right twin: plain Python, the equations written out again, SciPy's solvers.
+"""A slow but obviously correct twin: the equations again, in plain Python with SciPy's solvers.
 
-Nothing here is shared with `model` or `numerics`, so that a mistake in one is not repeated in the
-other.
+It shares nothing with `model` and `numerics`, so that it repeats none of their mistakes.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ _D_EFF_OVER_D = 0.28072974  # exp(E ln chi^2_1)
 def right_hand_side(t: float, y: np.ndarray, p: Parameters) -> list[float]:
     """Rates of (x, v, ln phi) in SI units: Eqs. 2, 3, 10, 24, 26 and the noise closure.
 
-    With a strain behind them, of (x, v, ln phi, eps): Eq. 23 in place of Eq. 24.
+    For a state (x, v, ln phi, eps) Eq. 23 replaces Eq. 24.
     """
     x, v, psi, *own_strain = y
     phi = math.exp(psi)
@@ -59,7 +58,7 @@ def friction_force(u: float, phi: float, p: Parameters, strain: float | None = N
 
 
 def starting_state(p: Parameters) -> list[float]:
-    """(x_0, v_0, ln phi) with phi_0 lifted to the level of the noise."""
+    """Start (x_0, v_0, ln phi) with phi_0 raised to the level of the noise."""
     D_eff = _D_EFF_OVER_D * p.noise_intensity
     levels = []
     if p.quartic_coefficient:
@@ -86,9 +85,9 @@ def trajectory(
 ) -> np.ndarray:
     """States (x, v, ln phi) at `times` [s] from the start, shape (n, 3), by SciPy's `method`.
 
-    Where the strain is `relaxing`, (x, v, ln phi, eps), shape (n, 4).
+    With a `relaxing` strain they are (x, v, ln phi, eps), shape (n, 4).
 
-    Raises RuntimeError where the solver gives up.
+    Raises RuntimeError if the solver gives up.
     """
     from scipy.integrate import solve_ivp
 
@@ -116,11 +115,11 @@ def trajectory(
 def work_of_a_period(p: Parameters, start: np.ndarray, rtol: float = 1e-9) -> tuple[float, float]:
     """Work [J] of a cosine in a period from a state (x, v, ln phi), by LSODA.
 
-    And how far the state is from there afterwards, over X_m, X_m omega and 1. The relative velocity
-    is a variable of its own, as a tiny slip would drown in the rounding of V - v; the work is that
-    of F (V - v), which is all of it if the state returns.
+    The second number is the change of the state over the period, relative to X_m, X_m omega and 1.
+    The relative velocity is a separate variable, as the rounding of V - v would hide a tiny slip.
+    The work is the integral of F (V - v), which is complete if the state returns.
 
-    Raises RuntimeError where the solver gives up, as it often does at the cusp of a law.
+    Raises RuntimeError if the solver gives up, as it often does at the cusp of a law.
     """
     from scipy.integrate import solve_ivp
 
@@ -131,7 +130,7 @@ def work_of_a_period(p: Parameters, start: np.ndarray, rtol: float = 1e-9) -> tu
         t, u = phase / omega, y[1] * X_m * omega
         v, force = upper_velocity(t, p) - u, friction_force(u, math.exp(y[2]), p)
         _, _, growth = right_hand_side(t, np.array([y[0] * X_m, v, y[2]]), p)
-        # The same force with u itself, not with what is left of V - v.
+        # The same force, with u instead of the rounded V - v.
         v_rate = (force - 2 * p.spring_stiffness * y[0] * X_m) / p.block_mass
         u_rate = -p.drive_amplitude * omega**2 * math.cos(phase) - v_rate
         over_time = [v / X_m, u_rate / (X_m * omega), growth, force * u / energy]
@@ -141,7 +140,7 @@ def work_of_a_period(p: Parameters, start: np.ndarray, rtol: float = 1e-9) -> tu
     begin = np.array([x / X_m, -v / (X_m * omega), psi, 0.0])
     atol = [rtol, 1e-6 * rtol, rtol, 1e-20]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # what it says before it gives up
+        warnings.simplefilter("ignore")  # LSODA warns before it gives up
         solution = solve_ivp(
             rates, (0.0, 2.0 * math.pi), begin, "LSODA", rtol=rtol, atol=atol, max_step=0.05
         )
@@ -152,9 +151,10 @@ def work_of_a_period(p: Parameters, start: np.ndarray, rtol: float = 1e-9) -> tu
 
 
 def map_of_displacements(p: Parameters, state: np.ndarray, size: float) -> np.ndarray:
-    """The map (3, 3) of small displacements of (x, v, ln phi) over a drive period.
+    """Map (3, 3) of small displacements of (x, v, ln phi) over a drive period.
 
-    By central differences from a state on an orbit; `size` in units of X_m, X_m omega and 0.01.
+    It takes central differences at a state on an orbit, with `size` in units of X_m, X_m omega and
+    0.01.
     """
     from scipy.integrate import solve_ivp
 

@@ -1,7 +1,7 @@
-"""One trajectory at a time by the scalar drives: what lanes are compared with.
+"""Twins of the lanes: one trajectory at a time by the scalar drives.
 
-They share the equations and the record with the lanes, and nothing of the layout, the units, the
-half periods, the order in which a lane does things, or the places where a step is looked at.
+They share the equations and the record with the lanes, but not the layout, the units, the half
+periods, the order of operations, or the places in a step at which the motion is recorded.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from stickslip import Parameters, Status
 from stickslip.compiled.decorators import inline, jit
 from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
 from stickslip.kernels.plain_iteration.march import write_starts, write_steps
-from stickslip.kernels.problem import problem_functions, problem_of
+from stickslip.kernels.problem import make_travel, problem_functions, problem_of
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
@@ -40,15 +40,9 @@ from stickslip.measure.accumulate import (
 )
 from stickslip.model import block, drive, film, noise, solids
 from stickslip.model.models import model_of
-from stickslip.model.rhs import (
-    film_melting_function,
-    relative_state,
-    relative_velocity,
-)
-from stickslip.numerics.adaptive import make_adaptive
+from stickslip.model.rhs import film_melting_function, relative_state, relative_velocity
 from stickslip.numerics.euler_cromer import make_euler_cromer
 from stickslip.numerics.linear import algebra
-from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import DEFAULTS, HARMONICS
 
 _record = accumulator(1, 0)
@@ -57,13 +51,13 @@ _see_extremum, _see_phase, _add = _record.see_extremum, _record.see_phase, _reco
 _observables = model_of(DEFAULTS.physics).equations.observables
 _interpolate = algebra(3).interpolate
 
-# Looks at a step: enough that between two of them nothing is 1e-8 higher.
+# Places in a step at which it is recorded, so many that a maximum is right to 1e-8.
 _LOOKS = 32
 
 
 @inline
 def _see(p, t, dt, u, phi, u_s, record):
-    """Take in a state that stands for the interval `dt`."""
+    """Record a state that represents the interval `dt`."""
     sigma, F = _observables(p, (0.0, u, 0.0), phi, u_s)
     solid = solids.solid_threshold(p)
     melted = solids.MELTED_PART * solid if solid > 0.0 else -1.0
@@ -77,7 +71,7 @@ def _see(p, t, dt, u, phi, u_s, record):
 
 
 def cyclic_meltings(record: np.ndarray) -> int:
-    """Meltings of a closed orbit of whole periods."""
+    """Return the meltings of a closed orbit of whole periods."""
     wrapped = record[FIRST_PHASE] == MELTED and record[LAST_PHASE] == SOLID
     return int(record[MELTINGS]) + int(wrapped)
 
@@ -127,9 +121,9 @@ def _marched(point, steps, y, before, cycle, record):
 def euler_cromer_period(
     p: Parameters, dt: float, before: int = 0, cycle: int = 1
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """State (x, v, phi) and record in SI units after periods from the start, and the Status.
+    """Return the state (x, v, phi) and the record after periods from the start, and the Status.
 
-    The record is that of the last `cycle` of them, `before` go before it.
+    The record, in SI units, is of the last `cycle` periods, which follow `before` others.
     """
     points, steps = np.array(p)[None], np.empty(1, np.int64)
     start, record = np.empty((1, 3)), np.empty(RECORD)
@@ -154,15 +148,7 @@ def _see_inside(problem, t, h, y0, y1, d1, d2, record):
 @cache
 def _adaptive() -> Any:
     functions = problem_functions(DEFAULTS.physics._replace(drive=HARMONICS))
-    travel = make_adaptive(
-        functions.rhs,
-        functions.jacobian,
-        functions.error_weight,
-        _see_inside,
-        RODAS4P2,
-        algebra(3),
-        limits=functions.step_limits,
-    )
+    travel = make_travel(functions, _see_inside)
 
     @jit
     def periods(point, rtol, y, number, states, record):
@@ -185,7 +171,7 @@ def _adaptive() -> Any:
 def adaptive_periods(
     p: Parameters, start: np.ndarray, number: int, rtol: float = 1e-10
 ) -> tuple[np.ndarray, np.ndarray]:
-    """States (x, v, ln phi) after each of a number of periods from `start`, and the record."""
+    """Return the states (x, v, ln phi) after each period from `start`, and the record."""
     states, record = np.empty((number, 3)), np.empty(RECORD)
     y = tuple(start.tolist())
     assert _adaptive()(np.array(p), rtol, y, number, states, record) == Status.OK

@@ -1,4 +1,4 @@
-"""Problems of three variables with known difficulties, for the steps of an implicit method."""
+"""Problems in three variables with known difficulties for the steps of an implicit method."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from stickslip.compiled.decorators import inline
 
-# A cusp that is rounded below the speed u_s is the problem -u_s.
+# The problem -u_s is a cusp that is rounded below the speed u_s.
 CUSP, SMOOTH, STIFF, BECOMES_NAN, ESCAPES, IS_NAN, OVERFLOWS, UNANNOUNCED = map(float, range(8))
 
 START = (0.4, 1.0, 0.7)
@@ -66,7 +66,7 @@ def jacobian(p, t, y):
 
 
 def smooth_solution(times: np.ndarray) -> np.ndarray:
-    """The smooth problem from `START` at these times, shape (n, 3), to about 1e-13."""
+    """Return the smooth problem from `START` at these times, shape (n, 3), to about 1e-13."""
     solution = solve_ivp(
         lambda t, y: rhs.py_func(SMOOTH, t, y),
         (0.0, float(times[-1])),

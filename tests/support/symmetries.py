@@ -1,4 +1,4 @@
-"""The exact symmetries of the model, with factors that are powers of two: nothing is rounded."""
+"""The exact symmetries of the model, with powers of two as factors, so that nothing is rounded."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stickslip.variables import RESULT_COLUMNS
 
 
 class Symmetry(NamedTuple):
-    """Factors of parameters, and what becomes of stress and force, and of x and v."""
+    """Factors of parameters, and the factors of stress, force and motion that follow."""
 
     factors: dict[str, float]
     stress: float
@@ -70,7 +70,7 @@ def transformed(p: Parameters, symmetry: Symmetry) -> Parameters:
 
 
 def expected(row: np.ndarray, symmetry: Symmetry) -> np.ndarray:
-    """The result row of the transformed point."""
+    """Return the result row of the transformed point."""
     named = dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
     for name, factor in (("elastic_stress", symmetry.stress), ("friction_force", symmetry.force)):
         high, low = factor * named[f"{name}_max"], factor * named[f"{name}_min"]
@@ -79,7 +79,7 @@ def expected(row: np.ndarray, symmetry: Symmetry) -> np.ndarray:
             named[amplitude] *= abs(factor)
     for energy in ("dissipated_energy", "dissipated_energy_error"):
         named[energy] *= symmetry.force * symmetry.motion
-    for phase in ("in_phase", "out_of_phase"):  # the drive turns with the force
+    for phase in ("in_phase", "out_of_phase"):  # the drive changes sign with the force
         for name in (f"friction_force_{phase}", f"friction_force_{phase}_error"):
             named[name] *= abs(symmetry.force)
     for name in ("friction_force_rms", "friction_force_mean_abs"):

@@ -1,6 +1,6 @@
-"""Compiles what most tests call, once, before workers begin that would each compile it.
+"""Compilation of the common kernels before the test workers start, which would each compile them.
 
-Both scripts run at a time: one compiles the adaptive method for the paper's fluids and for a
+Two scripts run at the same time. One compiles the adaptive method for the paper's fluids and for a
 general power, the other Euler-Cromer.
 """
 
@@ -21,7 +21,7 @@ stationary_orbits({"T": 300.0}, method="euler-cromer", dt=2e-5, stationary_rtol=
 
 
 def compile_kernels() -> None:
-    """Leave kernels in the cache; what fails here fails again in the tests that need it."""
+    """Compile kernels into the cache; a failure here shows again in the tests that need them."""
     running = [
         subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.DEVNULL)
         for script in (_ADAPTIVE, _EULER_CROMER)

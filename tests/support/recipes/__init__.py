@@ -1,6 +1,6 @@
 """The recipes of CONTRIBUTING.md as lists of edits, carried out on copies of the sources.
 
-The files that they add are those of `sources`; what is run on a copy is in `scripts`.
+`sources` has the files that they add, `scripts` the code that runs on a copy.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from support.package import copy_of_package
 _HERE = Path(__file__).parent
 _TESTS = _HERE.parents[1]
 
-_ENDED = 1800.0  # seconds: a hang, on any machine
+_ENDED = 1800.0  # seconds, after which a process hangs on any machine
 
 
 class Edit(NamedTuple):
-    """In a file, `before` this text stands the new one; a new file where that is empty."""
+    """New text in a file, before the text `before`; a new file if that is empty."""
 
     file: str
     before: str
@@ -30,17 +30,17 @@ class Edit(NamedTuple):
 
 
 def source(file: str) -> str:
-    """A file that a recipe adds."""
+    """Return the text of a file that a recipe adds."""
     return (_HERE / "sources" / file).read_text()
 
 
 def script(file: str) -> str:
-    """What is run on a copy."""
+    """Return code that runs on a copy."""
     return (_HERE / "scripts" / file).read_text()
 
 
 def carried_out(recipe: list[Edit], copy: Path) -> set[str]:
-    """Apply a recipe to a copy of the sources; the files that it touched."""
+    """Apply a recipe to a copy of the sources; return the files that it touched."""
     for edit in recipe:
         path = copy / edit.file
         if not edit.before:
@@ -54,7 +54,7 @@ def carried_out(recipe: list[Edit], copy: Path) -> set[str]:
 
 
 def copied(folder: Path) -> Path:
-    """A copy of the sources."""
+    """Copy the sources."""
     for package in (stickslip, sweeps):
         copy_of_package(folder, Path(package.__file__).parent)
     return folder
@@ -79,14 +79,14 @@ def output_of(
 
 
 def refusal(copy: Path, code: str, *arguments: str, cache: Path | None = None) -> str:
-    """The error with which code ends on a copy of the sources."""
+    """Return the error with which code ends on a copy of the sources."""
     done = output_of(code, copy, *arguments, cache=cache)
     assert done.returncode != 0
     return done.stderr
 
 
 def said_by_tests(copy: Path, tests: str, *chosen: str) -> str:
-    """What tests of the project say of a copy of the sources."""
+    """Return the output of the project's tests on a copy of the sources."""
     options = ["-q", "-p", "no:cacheprovider", *chosen, str(_TESTS / tests)]
     code = f"import sys, pytest; sys.path.insert(0, {str(_TESTS)!r}); pytest.main({options!r})"
     return output_of(code, copy, cache=copy / "cache").stdout
@@ -96,7 +96,7 @@ LAST_PARAMETER = "    noise_intensity: "
 
 
 def parameter(name: str, symbol: str, unit: str, more: str) -> Edit:
-    """A parameter in the registry."""
+    """Return the edit that adds a parameter to the registry."""
     declared = f'_not_negative("{symbol}", "{symbol}", "{unit}", "{name}", {more})'
     text = f"    {name}: Annotated[float, {declared}]\n"
     return Edit("stickslip/variables.py", LAST_PARAMETER, text)

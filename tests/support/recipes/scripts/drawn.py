@@ -1,4 +1,4 @@
-"""The line of the new figure."""
+"""Print the data of the line in the new figure."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Errors of a smooth motion by the new method, each step half of the one before."""
+"""Print the errors of a smooth motion by the new method, for steps that are halved."""
 
 import json
 import sys

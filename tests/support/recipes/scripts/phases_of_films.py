@@ -1,4 +1,4 @@
-"""What is said of the phases of films, whose parameters are the argument."""
+"""Print the phases of films, whose parameters are the argument."""
 
 import json
 import sys

@@ -1,6 +1,4 @@
-"""What asks the registry for parameters and columns: rates, observables and a row, of the law that
-is the argument.
-"""
+"""Compute rates, observables and a row, which need the registry, with the law of the argument."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""A sweep in memory and into a file by the new executor, and who computed its blocks."""
+"""Run a sweep in memory and into a file by the new executor, and print the threads it used."""
 
 import json
 import sys

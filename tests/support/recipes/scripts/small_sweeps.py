@@ -1,4 +1,4 @@
-"""Small sweeps by the method of the first argument: the cases that follow, or all."""
+"""Run small sweeps by the method of the first argument, for the cases that follow or for all."""
 
 import json
 import sys

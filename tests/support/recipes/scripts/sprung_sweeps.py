@@ -1,4 +1,4 @@
-"""Orbits with a rigid upper block, and with one on springs of 1e7, 1e8 and 1e9 N/m."""
+"""Print orbits with a rigid upper block, and with springs of 1e7, 1e8 and 1e9 N/m for it."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Eyring's law of thermally activated flow: the stress grows as asinh of the speed."""
+"""Eyring's law of thermally activated flow, whose stress grows as asinh of the speed."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Classical Runge-Kutta with a fixed step, order 4, for teaching: a method in one file.
+"""Classical Runge-Kutta with a fixed step, of order 4, as a method in one file for teaching.
 
-What is integrated is the right-hand side of the model, (x, u, ln phi) in SI units. A step is looked
-at where it begins, which is of second order in what is measured. All else that makes an orbit of
-this is in `kernels/plain_iteration/`.
+It integrates the right-hand side of the model, for (x, u, ln phi) in SI units. A step is recorded
+at its start, which is of second order in the results. `kernels/plain_iteration/` does the rest to
+find orbits.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from stickslip.numerics.linear import algebra
 from stickslip.options import HARMONICS, Options, Physics, Settings
 from stickslip.parameters import Parameters
 
-# ln(phi) comes back to the level of the noise at twice the rate of phi.
+# ln(phi) returns to the level of the noise at twice the rate of phi.
 _STABLE_PART = 0.5
 
 _record = accumulator(1, 0)
@@ -48,7 +48,7 @@ _see_solid = _record.see_solid
 
 
 def _make_see(model: Model) -> Any:
-    """What lets a state y at t stand for a step h in a record: (p, phases, t, h, y, record)."""
+    """Return the function (p, phases, t, h, y, record) that records the state y for a step h."""
     equations = model.equations
     observables, strain = equations.observables, equations.strain
     power, loss = equations.power, equations.loss
@@ -76,7 +76,7 @@ def _make_see(model: Model) -> Any:
 
 
 def _make_steps(model: Model) -> Any:
-    """The state after so many steps h from t: (p, t, h, count, y, measured, record)."""
+    """Return the function (p, t, h, count, y, measured, record) of the state after some steps."""
     rhs, see, own = model.equations.rhs, _make_see(model), algebra(model.width)
     add, finite = own.add, own.finite
 
@@ -124,7 +124,7 @@ class Kernels(NamedTuple):
 
 @kernel_factory
 def kernels_of(physics: Physics) -> Kernels:
-    """The kernels of these physics; one for all drives, whose harmonics may be 0."""
+    """Return the kernels of these physics, which serve all drives, as harmonics may be 0."""
     model = model_of(physics._replace(drive=HARMONICS))
     steps_from, of_row = _make_steps(model), state_functions(model.components).of_row
     relative_state = model.equations.relative_state
@@ -188,7 +188,7 @@ def clear_records(records: np.ndarray, which: np.ndarray) -> None:
 def write_records(
     points: np.ndarray, records: np.ndarray, closed: bool, target: np.ndarray
 ) -> None:
-    """Write what records (n, RECORD) of whole periods in SI units say, with times as results do."""
+    """Write records (n, RECORD) of whole periods in SI units, with times in half periods."""
     for i in range(points.shape[0]):
         units = RecordUnits(1.0, 1.0, 1.0, 2.0 / drive.period(parameters_of(points[i])))
         if closed:
@@ -236,7 +236,7 @@ class March:
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
-    """As `adaptive.driver.family_kernels`; one kernel of its own for all fluids."""
+    """As `adaptive.driver.family_kernels`, with one kernel for all fluids."""
     yield from plain.reference_kernels(kinds, options)
     nobody, nothing = np.empty((0, len(Parameters._fields))), np.empty(0, np.int64)
     march = March(nobody, nothing, np.empty((0, WIDTH)), options.physics)
@@ -250,7 +250,7 @@ def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
 
 
 def rounding(p: Parameters, options: Options) -> float:
-    """As `adaptive.driver.rounding`: none."""
+    """As `adaptive.driver.rounding`; it rounds nothing."""
     return 0.0
 
 

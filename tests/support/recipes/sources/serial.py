@@ -1,4 +1,4 @@
-"""One block after the other, in the process that asks for them."""
+"""An executor that computes one block after the other in this process."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from sweeps.config.schema import Execution
 
 
 class SerialExecutor(Executor):
-    """Computes a task while it is handed over."""
+    """Computes each task when it is submitted."""
 
     def __exit__(self, *exception: object) -> None:
         pass
 
     def most_in_flight(self) -> int:
-        """One task: the next would be computed before this one is taken."""
+        """Return one, or the next task would be computed before this block is taken."""
         return 1
 
     def submit(self, task: Task) -> Future[Block]:
-        """Compute a task."""
+        """Compute a task, and return its finished future."""
         future: Future[Block] = Future()
         future.set_result(compute_block(task))
         return future
 
 
 def executor_for(execution: Execution) -> Executor:
-    """One slot, however many workers the config has."""
+    """Return an executor with one slot, however many workers the config has."""
     return SerialExecutor(slots=1)

@@ -1,7 +1,7 @@
-"""The upper block on a spring of its own: two more state variables.
+"""An upper block on a spring, with two more state variables.
 
-M_2 X_2'' = K_2 (X - X_2) - F(V_2 - v, phi), with X, the drive, at the far end of the spring. The
-relative velocity is V_2 - v. The states are (x, v, psi, X - X_2, V_2), the strain follows at once.
+M_2 X_2'' = K_2 (X - X_2) - F(V_2 - v, phi), with the drive X at the far end of the spring. The
+relative velocity is V_2 - v. The states are (x, v, psi, X - X_2, V_2); the strain follows at once.
 """
 
 from __future__ import annotations
