@@ -1,8 +1,9 @@
-"""What the paper claims of Figs. 7 to 9, on computed data (the claims of docs/equations.md)."""
+"""The paper's claims about Figs. 7 to 9, tested on computed data (see docs/equations.md)."""
 
 from __future__ import annotations
 
 import math
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,24 +15,22 @@ from stickslip import Status
 
 X_M = 0.8e-6
 CONSTANT_FORCE = 0.002
-"""Forces are called constant, or equal, within 0.2 %."""
+"""Forces count as constant, or as equal, within 0.2 %."""
 
 CONSTANT_STRESS = 0.005
-"""The stress of gamma = -2/3 in Fig. 8 is called constant within 0.5 %."""
+"""The stress of gamma = -2/3 in Fig. 8 counts as constant within 0.5 %."""
 
 
 # --- Fig. 7: amplitudes against temperature -------------------------------------------------------
 
 LIQUID_STRESS = 1.0
-"""Below this amplitude [Pa] a film counts as liquid throughout: a solid one has 1e4 to 1e7 Pa."""
+"""Below this amplitude [Pa] a film counts as always liquid; a solid one has 1e4 to 1e7 Pa."""
 
-
-def fig_7(gamma: float) -> SimpleNamespace:
-    return curve(FIG_7, gamma)
+fig_7 = partial(curve, FIG_7)
 
 
 def peak(found: SimpleNamespace, quantity: str) -> np.ndarray:
-    """The larger of the two extremes."""
+    """Return the larger of the two extremes."""
     return np.maximum(getattr(found, f"{quantity}_max"), -getattr(found, f"{quantity}_min"))
 
 
@@ -40,7 +39,7 @@ def solid_part(found: SimpleNamespace) -> np.ndarray:
 
 
 @pytest.mark.slow
-# And in the long tests a fluid between those of the figure.
+# The long tests add a fluid between those of the figure.
 @pytest.mark.parametrize("gamma", [*LOCKED, pytest.param(1 / 3, marks=pytest.mark.stress)])
 def test_fig_7_stress_falls_with_temperature(gamma: float) -> None:
     found = fig_7(gamma)
@@ -61,9 +60,9 @@ def test_fig_7_stress_and_force_peaks_fall_with_temperature_for_the_pseudoplasti
 
 @pytest.mark.slow
 def test_fig_7_amplitudes_of_the_pseudoplastic_fall_wherever_its_orbit_is_symmetric() -> None:
-    # At 228 and 229 K the start from rest leads to an asymmetric orbit of three meltings, whose
-    # second stick in one direction does not come about: maximum and minimum differ, and half of
-    # their difference is a third lower than on both sides of that island.
+    # At 228 and 229 K the start from rest ends on an asymmetric orbit of three meltings. The
+    # second stick in one direction is missing. Maximum and minimum differ, and half of their
+    # difference is a third lower than at neighbouring temperatures.
     found = fig_7(-2 / 3)
     symmetric = found.asymmetry < 1e-3
     assert found.x[~symmetric].tolist() == [228.0]
@@ -94,7 +93,7 @@ def test_fig_7_the_force_of_the_pseudoplastic_ends_on_a_plateau() -> None:
     found = fig_7(-2 / 3)
     plateau = found.friction_force_amplitude[~solid_part(found)]
     assert spread(plateau) < CONSTANT_FORCE
-    # The fall ends there, not below.
+    # The force never falls below the plateau.
     assert np.all(found.friction_force_amplitude > plateau[0] * (1 - CONSTANT_FORCE))
     assert found.friction_force_amplitude[0] > 7 * plateau[0]
 
@@ -110,8 +109,7 @@ def test_fig_7_the_force_is_constant_and_equal_for_the_others() -> None:
 # --- Fig. 8: amplitudes against the viscosity coefficient -----------------------------------------
 
 
-def fig_8(gamma: float) -> SimpleNamespace:
-    return curve(FIG_8, gamma)
+fig_8 = partial(curve, FIG_8)
 
 
 @pytest.mark.slow
@@ -144,19 +142,18 @@ def test_figs_7_and_8_the_force_is_smallest_for_the_pseudoplastic(
 # --- Fig. 9: amplitudes against the spring stiffness ----------------------------------------------
 
 
-def fig_9(gamma: float) -> SimpleNamespace:
-    return curve(FIG_9, gamma)
+fig_9 = partial(curve, FIG_9)
 
 
 def steepness(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """d ln y/d ln x between neighbours: 1 for a proportional growth."""
+    """Return d ln y/d ln x between neighbours, which is 1 for proportional growth."""
     return np.diff(np.log(y)) / np.diff(np.log(x))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("gamma", LOCKED)
 def test_fig_9_stress_grows_slowly_for_the_locked_blocks(gamma: float) -> None:
-    # Slowly: hardly faster than K itself, and without the jump of the pseudoplastic.
+    # Slowly means hardly faster than K, and without the jump of the pseudoplastic.
     found = fig_9(gamma)
     assert rises(found.elastic_stress_amplitude)
     assert np.max(steepness(found.x, found.elastic_stress_amplitude)) < 1.2
@@ -166,7 +163,7 @@ def test_fig_9_stress_grows_slowly_for_the_locked_blocks(gamma: float) -> None:
 def test_fig_9_stress_jumps_up_and_then_stays_for_the_pseudoplastic() -> None:
     found = fig_9(-2 / 3)
     steep = steepness(found.x, found.elastic_stress_amplitude) > 2.0
-    # Two neighbouring jumps: between them lie asymmetric orbits of a single slip a period.
+    # Between two neighbouring jumps the orbits are asymmetric, with a single slip per period.
     assert found.x[1:][steep].tolist() == [1100.0, 1200.0]
     before, after = found.x <= 1000.0, found.x >= 1200.0
     assert rises(found.elastic_stress_amplitude[before])
@@ -200,7 +197,7 @@ def test_fig_9_force_grows_and_saturates_for_the_pseudoplastic() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("gamma", LOCKED)
-def test_fig_9_force_is_smallest_for_the_pseudoplastic_but_where_it_slips_early(
+def test_fig_9_force_is_smallest_for_the_pseudoplastic_unless_it_slips_early(
     gamma: float,
 ) -> None:
     # A start from rest slips between K = 1100 and the knee near 1770 N/m, where a locked block
@@ -209,15 +206,15 @@ def test_fig_9_force_is_smallest_for_the_pseudoplastic_but_where_it_slips_early(
     excess = smallest.friction_force_amplitude / other.friction_force_amplitude - 1
     early = (smallest.x >= 1100.0) & (smallest.x < 1770.0)
     assert np.all(excess[early] > 0)
-    # At K = 100 N/m locked blocks differ by 1e-6, less than the offset that decays so slowly there
-    # leaves at the default settings; the stated errors cover it.
+    # At K = 100 N/m locked blocks differ by 1e-6. At the default settings the offset, which decays
+    # slowly there, is larger, but the stated errors cover it.
     resolved = smallest.x >= 200.0
     assert np.all(excess[~early & resolved] < 0)
     assert np.all(excess[~resolved] < (smallest.amplitude_error + other.amplitude_error)[~resolved])
     assert np.all(excess[smallest.x > 1770.0] < -0.01)
 
 
-def test_fig_9_a_start_from_rest_slips_where_a_matched_one_is_locked() -> None:
+def test_fig_9_a_start_from_rest_slips_where_a_matched_start_is_locked() -> None:
     matched = {"initial_displacement": X_M, "initial_order_parameter": 0.6}
     rest = orbits(row(spring_stiffness=1500.0))
     locked = orbits(row(spring_stiffness=1500.0, **matched))

@@ -1,4 +1,4 @@
-"""The golden amplitudes: 122 orbits of Figs. 5 to 9 by an independent solver (golden/README.md)."""
+"""Agreement with 122 golden orbits of Figs. 5 to 9 by another solver (golden/README.md)."""
 
 from __future__ import annotations
 
@@ -41,19 +41,17 @@ def golden(field: str) -> np.ndarray:
     return np.array([anchor[field] for anchor in ANCHORS])
 
 
-# Two golden orbits are said to close after two periods. They close after one, as
-# `test_two_golden_orbits_close_after_one_period_already` shows; half the meltings are a period's.
+# The golden file says that two orbits close after two periods. They close after one, as
+# `test_two_golden_orbits_close_after_one_period` shows, so a period has half the meltings.
 CLOSE_AFTER_ONE = [
     ("fig7", {"gamma": 2 / 3, "T": 240.0}),
     ("fig8", {"gamma": -2 / 3, "k": 1e5}),
 ]
 
 
-def closes_earlier(anchor: dict[str, Any]) -> bool:
-    return (anchor["figure"], anchor["changes"]) in CLOSE_AFTER_ONE
-
-
-HALVED = np.array([2 if closes_earlier(anchor) else 1 for anchor in ANCHORS])
+HALVED = np.array(
+    [2 if (one["figure"], one["changes"]) in CLOSE_AFTER_ONE else 1 for one in ANCHORS]
+)
 
 
 @cache
@@ -74,40 +72,37 @@ def worst(found: SimpleNamespace) -> str:
     return f"{ANCHORS[i]['figure']} {ANCHORS[i]['changes']}: {errors(found)[i]:.2e}"
 
 
-def test_every_golden_point_is_there() -> None:
+def test_no_golden_point_is_missing() -> None:
     assert len(ANCHORS) == 122
     assert np.count_nonzero(HALVED == 2) == len(CLOSE_AFTER_ONE)
 
 
 @pytest.mark.slow
-def test_amplitudes_agree_to_what_the_golden_ones_are_trusted() -> None:
+def test_amplitudes_agree_within_the_uncertainty_of_the_golden_ones() -> None:
     assert np.all(tight().status == Status.OK)
-    # Three times the trust: the anchors themselves miss it by up to that (T = 229 K in the README).
-    trust = np.maximum(3e-7, golden("spread"))
-    assert np.all((errors(tight()) <= 3 * trust) | (golden_temperature() == 229.0)), worst(tight())
+    # The anchors themselves miss their uncertainty by up to three times (T = 229 K in the README).
+    uncertainty = np.maximum(3e-7, golden("spread"))
+    at_229_K = np.array([anchor["changes"].get("T") == 229.0 for anchor in ANCHORS])
+    assert np.all((errors(tight()) <= 3 * uncertainty) | at_229_K), worst(tight())
     assert np.all(errors(tight()) <= 3e-6), worst(tight())
 
 
-def golden_temperature() -> np.ndarray:
-    return np.array([anchor["changes"].get("T", 200.0) for anchor in ANCHORS])
-
-
-def test_default_settings_are_better_than_the_1e_4_that_is_promised() -> None:
-    # Measured: 1.2e-6, the limit of the golden numbers; a margin of four.
+def test_default_settings_are_better_than_the_promised_1e_4() -> None:
+    # The measured error is 1.2e-6, the limit of the golden numbers; this is four times as much.
     assert np.all(computed().status == Status.OK)
     assert np.all(errors(computed()) <= 5e-6), worst(computed())
 
 
 @pytest.mark.parametrize("compute", [computed, pytest.param(tight, marks=pytest.mark.slow)])
-def test_periods_and_meltings_are_the_golden_ones(compute: Callable[[], SimpleNamespace]) -> None:
+def test_periods_and_meltings_agree(compute: Callable[[], SimpleNamespace]) -> None:
     found = compute()
     np.testing.assert_array_equal(found.orbit_periods, golden("multiple") / HALVED)
     np.testing.assert_array_equal(found.melting_count, golden("melts") / HALVED)
 
 
 @pytest.mark.slow
-def test_extremes_are_the_golden_ones_as_well() -> None:
-    # Where the stress is below 1e-2 of its yardstick its sign is noise of ln(phi).
+def test_extremes_agree() -> None:
+    # If the stress is below 1e-2 of its scale, its sign depends on the noise of ln(phi).
     found, scale = tight(), np.maximum(golden("sigma"), 8e7)
     for field, column in (("sigma_max", "elastic_stress_max"), ("sigma_min", "elastic_stress_min")):
         assert np.all(np.abs(getattr(found, column) - golden(field)) <= 3e-6 * scale)
@@ -116,7 +111,7 @@ def test_extremes_are_the_golden_ones_as_well() -> None:
         assert np.all(np.abs(getattr(found, column) - golden(field)) <= 3e-6 * scale)
 
 
-def test_asymmetric_orbits_are_the_golden_ones() -> None:
+def test_asymmetric_orbits_agree() -> None:
     asymmetric = golden("asymmetry") > 1e-3
     np.testing.assert_array_equal(computed().asymmetry > 1e-3, asymmetric)
     np.testing.assert_allclose(
@@ -125,7 +120,7 @@ def test_asymmetric_orbits_are_the_golden_ones() -> None:
 
 
 def strobed(changes: dict[str, float]) -> np.ndarray:
-    """(x/X_m, v/(X_m omega)) of the stationary orbit at the starts of three periods."""
+    """Return (x/X_m, v/(X_m omega)) of the stationary orbit at the starts of three periods."""
     p = Parameters(**parameters(changes))
     ds = simulate(p, periods=2, start="stationary", samples_per_period=1, rtol=1e-10)
     X_m = p.drive_amplitude
@@ -135,9 +130,7 @@ def strobed(changes: dict[str, float]) -> np.ndarray:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("figure", "changes"), CLOSE_AFTER_ONE, ids=str)
-def test_two_golden_orbits_close_after_one_period_already(
-    figure: str, changes: dict[str, float]
-) -> None:
+def test_two_golden_orbits_close_after_one_period(figure: str, changes: dict[str, float]) -> None:
     start, one, two = strobed(changes)
     np.testing.assert_allclose(one, start, rtol=0, atol=1e-9)
     np.testing.assert_allclose(two, one, rtol=0, atol=1e-9)
@@ -145,8 +138,8 @@ def test_two_golden_orbits_close_after_one_period_already(
 
 @pytest.mark.slow
 def test_plain_iteration_reaches_the_same_orbits() -> None:
-    # Acceleration must land on the attractor that plain iteration reaches; a few hundred to
-    # several thousand periods each, so the slow dilatant fluid is sampled.
+    # Acceleration must end on the attractor of plain iteration. That takes a few hundred to several
+    # thousand periods for each orbit, so only some orbits of the slow dilatant fluid are computed.
     gamma = np.array([anchor["changes"].get("gamma", -2 / 3) for anchor in ANCHORS])
     some = (gamma <= 0) | (np.arange(len(ANCHORS)) % 4 == 0)
     plain = orbits(POINTS[some], accelerate=False)
@@ -157,13 +150,13 @@ def test_plain_iteration_reaches_the_same_orbits() -> None:
     assert np.all(amplitude_errors(plain, POINTS[some], stress, force) <= 5e-6)
     np.testing.assert_array_equal(plain.orbit_periods, hurried.orbit_periods[some])
     np.testing.assert_array_equal(plain.melting_count, hurried.melting_count[some])
-    # ... and with effect: the hurried search is not plain iteration in disguise.
+    # The accelerated search must really be faster.
     assert hurried.periods_integrated[some].sum() < 0.5 * plain.periods_integrated.sum()
 
 
 @pytest.mark.parametrize("settings", [{}, {"rtol": 1e-4, "stationary_rtol": 1e-5}], ids=str)
 def test_the_stated_error_covers_the_true_one(settings: dict[str, float]) -> None:
-    # The golden numbers' own uncertainty is allowed for; an estimate is a bound on 99 % of them.
+    # The uncertainty of the golden numbers is added; an estimate must bound 99 % of the errors.
     found = computed(**settings)
     uncertainty = np.maximum(3e-7, golden("spread"))
     covered = found.amplitude_error + uncertainty >= errors(found)
@@ -171,7 +164,7 @@ def test_the_stated_error_covers_the_true_one(settings: dict[str, float]) -> Non
     assert np.mean(covered) >= 0.99, [ANCHORS[i]["changes"] for i in np.flatnonzero(~covered)]
 
 
-def test_the_stated_error_is_no_exaggeration() -> None:
-    # A bound of 1 would be honest and useless: it stays near the tolerance asked for.
+def test_the_stated_error_is_not_exaggerated() -> None:
+    # A bound of 1 would be true but useless, so the estimate must stay near the tolerance.
     assert np.all(computed().amplitude_error <= 1e-4)
     assert np.median(computed().amplitude_error) <= 3e-6

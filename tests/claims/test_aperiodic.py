@@ -1,6 +1,6 @@
-"""Orbits that close late or never: recognised, and measured as what they are.
+"""Orbits that close late or never are recognised, and measured accordingly.
 
-The values are those of other solvers over 2000 drive periods.
+The values come from other solvers over 2000 drive periods.
 """
 
 from __future__ import annotations
@@ -15,19 +15,16 @@ from support.points import orbits
 from stickslip import Parameters, Status
 from stickslip.regime import Regime
 
-NAMES = ("temperature", "viscosity_coefficient", "spring_stiffness", "rheological_index",
-         "angular_frequency")  # fmt: skip
-
-# Mean and deviation of the stress amplitude of single periods [MPa], meltings a period, and the
-# periods that show the deviation: that of the third film is of bursts, none to two of them in 200
-# periods (21 windows from other starts have deviations from 0.012 to 0.069 MPa).
+# Mean and deviation of the stress amplitude of single periods [MPa], meltings per period, and the
+# number of periods that show the deviation. The third film has bursts, none to two in 200 periods
+# (21 windows from other starts have deviations from 0.012 to 0.069 MPa).
 CHAOTIC = [
     ((205.9, 22802, 2349.9, -2 / 3, 35.874), 3.309, 1.135, 1.39, 200),
     ((151.78, 42088, 3606.9, -0.7822, 33.081), 4.711, 1.986, 0.70, 200),
     ((262.39, 125.43, 5275.6, -0.5, 5.2979), 0.675, 0.027, 1.00, 2000),
     ((207.2, 784.25, 2167.4, -2 / 3, 13.929), 0.412, 0.871, 0.18, 200),
 ]
-# Periods after which it closes; highest stress and deviation [MPa], meltings a period.
+# Periods after which the orbit closes, highest stress and deviation [MPa], meltings per period.
 LONG = [
     ((192.34, 11043, 2470.9, -2 / 3, 17.113), 10, 4.726, 1.748, 1.20),
     ((170.66, 35654, 2661.7, -0.8867, 30.54), 19, 5.966, 1.658, 0.21),
@@ -35,7 +32,7 @@ LONG = [
 
 
 def point(values: tuple[float, ...]) -> np.ndarray:
-    return np.array(Parameters(**dict(zip(NAMES, values, strict=True))))[None]
+    return np.array(Parameters(*values))[None]
 
 
 @pytest.mark.parametrize(
@@ -59,7 +56,7 @@ def test_chaos_is_measured_over_a_window(
     assert found.orbit_periods == 0
     assert found.lyapunov_exponent > 0.005
     assert np.isnan(found.floquet_multiplier)
-    # Three standard errors are stated; the reference has its own, of ten times as many periods.
+    # Three standard errors are stated. The reference, of ten times as many periods, has one too.
     stated = found.amplitude_error * found.elastic_stress_amplitude / 3.0
     assert found.elastic_stress_amplitude == pytest.approx(
         mean * 1e6, abs=4.0 * math.hypot(stated[0], stated[0] * math.sqrt(window / 2000))
@@ -88,8 +85,8 @@ def test_an_orbit_that_closes_late_is_periodic(
     assert np.isnan(found.lyapunov_exponent)
 
 
-def test_what_neither_contracts_nor_closes_has_a_verdict_soon() -> None:
-    # Kicked every few tens of periods, and weakly damped between: it had gone on for 5000.
+def test_a_motion_that_neither_contracts_nor_closes_has_a_verdict_soon() -> None:
+    # It is kicked every few tens of periods and weakly damped between; once it took 5000 periods.
     found = orbits(point((189.18, 442.83, 8426, -2 / 3, 25.344)))
     assert found.status == Status.APERIODIC
     assert found.periods_integrated <= 700
@@ -100,8 +97,8 @@ def test_what_neither_contracts_nor_closes_has_a_verdict_soon() -> None:
 
 @pytest.mark.stress
 def test_a_wandering_motion_is_watched_and_not_its_mirror_image() -> None:
-    # Where the film freezes on the border of two drive periods, as it does in the mirror image,
-    # both have a large amplitude: their mean is 1.07 MPa there.
+    # In the mirror image the film freezes at the border between two drive periods. Then both have a
+    # large amplitude, and the mean would be 1.07 MPa.
     film = point((185.61907567081374, 230.4704096204356, 2459.5667495459797, -0.5634201929752253,
                   14.966767547866391))  # fmt: skip
     found = orbits(film)
@@ -116,7 +113,7 @@ def test_an_orbit_that_closes_after_more_than_thirty_two_periods_is_periodic() -
     assert found.orbit_periods == 87
 
 
-def test_a_finer_tolerance_may_find_that_a_motion_is_aperiodic() -> None:
+def test_a_finer_tolerance_may_show_that_a_motion_is_aperiodic() -> None:
     found = orbits(
         point((211.66666666666666, 10000, 5651.7736816005236, -2 / 3, 32.5)),
         rtol=1e-4, stationary_rtol=1e-4,
@@ -126,8 +123,8 @@ def test_a_finer_tolerance_may_find_that_a_motion_is_aperiodic() -> None:
 
 
 @pytest.mark.parametrize("seed", [1, *marked("stress", [2, 3])])
-def test_a_motion_has_the_same_bits_in_any_company(seed: int) -> None:
-    # Some close late, some never, some fail, some are ordinary; budgets that run out for a few.
+def test_a_motion_has_the_same_bits_among_any_others(seed: int) -> None:
+    # Some close late, some never, some fail, some are ordinary; the budgets run out for a few.
     values = [
         (200, 1.1e4, 1500, -0.6666, 31),
         (160, 1.1e4, 9000, -0.6666, 7),
@@ -154,8 +151,9 @@ def test_a_motion_has_the_same_bits_in_any_company(seed: int) -> None:
 
 
 def test_a_slow_spiral_is_followed_to_its_orbit() -> None:
-    # A thin liquid film at a high frequency: the free motion of the block dies out in thousands of
-    # periods, growing and shrinking by turns. The force is that of 6000 periods of plain iteration.
+    # With this thin liquid film at a high frequency the free motion of the block grows and shrinks
+    # in turn, and decays in thousands of periods. The force comes from 6000 periods of plain
+    # iteration.
     p = Parameters(
         temperature=100.0,
         viscosity_coefficient=1e3,

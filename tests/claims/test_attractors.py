@@ -1,7 +1,7 @@
-"""Where a film may stay liquid or solid, acceleration ends on the orbit that plain iteration finds.
+"""If a film may stay liquid or solid, acceleration ends on the orbit that plain iteration finds.
 
-Near T_c the offset that a start leaves decays over a hundred periods, on the way of which a liquid
-film freezes or does not; afterwards both orbits attract, and no test at the end tells them apart.
+Near T_c the offset from a start decays over a hundred periods, in which a liquid film may freeze.
+Afterwards both orbits attract, and no test at the end can distinguish them.
 """
 
 from __future__ import annotations
@@ -16,41 +16,39 @@ from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
 
-# T, k, K, gamma, omega, and the stress amplitude [Pa] to which plain iteration leads at rtol 1e-9.
+# T, k, K, gamma, omega, and the stress amplitude [Pa] of plain iteration at rtol 1e-9.
 FROZEN_LATE = [
     ((288.46451, 37087.004, 2187.6695, 0.0, 29.403538), 3.3828e5),
     ((288.77, 4.7e4, 2664.0, 0.0, 20.56), 3.3303e5),
     ((289.69829, 76581.352, 522.82644, -1 / 3, 8.0720652), 1.7325e5),
     ((288.85001, 124419.56, 587.30002, -2 / 3, 39.891251), 2.0555e5),
     ((288.76563, 47065.774, 2664.0823, 0.0, 20.558545), 3.3301e5),
-    # Solid at every other passage of the way.
+    # Solid at every other passage.
     ((288.338129, 108270.52, 1375.81746, -1 / 3, 19.1462542), 3.64426),
     ((287.879758, 59712.0327, 4226.01167, 0.0, 17.9860372), 17.1469),
-    # At the level of the noise on one side while it freezes on the other.
+    # At the level of the noise on one side, but freezing on the other.
     ((286.100072, 170402.51, 985.346453, -2 / 3, 50.6970765), 3.908075e5),
     ((289.636336, 30142.9909, 1325.40685, 0.0, 6.12734775), 2.735922e5),
-    # At the level of the noise at both passages, until it begins to freeze.
+    # At the level of the noise at both passages until it begins to freeze.
     ((283.877569, 1427.84612, 447.101205, 0.0, 56.4504592), 3.63386e5),
 ]
-NAMES = ("temperature", "viscosity_coefficient", "spring_stiffness", "rheological_index",
-         "angular_frequency")  # fmt: skip
 
 
 @pytest.mark.parametrize(("values", "stress"), one_then("stress", FROZEN_LATE))
-def test_a_film_that_freezes_late_is_not_outrun(values: tuple[float, ...], stress: float) -> None:
-    p = Parameters(**dict(zip(NAMES, values, strict=True)))
+def test_a_jump_does_not_skip_a_late_freezing(values: tuple[float, ...], stress: float) -> None:
+    p = Parameters(*values)
     found, plain = stationary_orbit(p), stationary_orbit(p, accelerate=False)
     assert found.status is plain.status is Status.OK
     assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-4)
     assert plain.elastic_stress_amplitude == pytest.approx(stress, rel=1e-4)
 
 
-# Started off rest near resonance, with weak friction: the offset turns round its limit for hundreds
-# of periods, and where the block hardly moves against the drive, the film freezes, or never. The
-# force amplitudes [N] of plain iteration at 1e-8, of the first two also by LSODA.
-FURTHER = (*NAMES, "drive_amplitude", "block_mass", "film_thickness", "strain_relaxation_time",
-           "contact_area", "kinetic_coefficient", "noise_intensity", "initial_displacement",
-           "initial_velocity")  # fmt: skip
+# With weak friction near resonance the offset from the start spirals around its limit for hundreds
+# of periods. If the film freezes at all, it does so when the block hardly moves against the drive.
+# The force amplitudes [N] are from plain iteration at 1e-8, the first two also from LSODA.
+OF_BEATING = (*Parameters._fields[:7], "film_thickness", "strain_relaxation_time", "contact_area",
+              "kinetic_coefficient", "noise_intensity", "initial_displacement",
+              "initial_velocity")  # fmt: skip
 BEATING = [
     ((195.081823, 0.577680874, 1163.84537, 0.0, 32.7672353, 1.93395166e-06, 1.91799472, 1e-09,
       1.01816537e-09, 1.29496048e-10, 7.19014484, 7.91033551e-19, 4.04855013e-06,
@@ -84,16 +82,16 @@ BEATING = [
 
 @pytest.mark.parametrize(("values", "force"), BEATING)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
-def test_a_jump_does_not_outrun_a_film_that_freezes_at_a_beat(
+def test_a_jump_does_not_skip_a_freezing_at_a_beat(
     values: tuple[float, ...], force: float, rtol: float
 ) -> None:
-    found = stationary_orbit(Parameters(**dict(zip(FURTHER, values, strict=True))), rtol=rtol)
+    found = stationary_orbit(Parameters(**dict(zip(OF_BEATING, values, strict=True))), rtol=rtol)
     assert found.status is Status.OK
     assert found.friction_force_amplitude == pytest.approx(force, rel=1e-2)
 
 
-def test_a_liquid_that_cannot_freeze_on_its_way_is_not_held_up() -> None:
-    # A drive of 60 rad/s leaves a film at 280 K liquid; no beat of its offset stops the block.
+def test_a_liquid_that_cannot_freeze_on_its_way_is_accelerated() -> None:
+    # At 60 rad/s a film at 280 K stays liquid, and no beat of its offset stops the block.
     p = Parameters(temperature=280.0, angular_frequency=60.0, spring_stiffness=1500.0,
                    rheological_index=0.0, viscosity_coefficient=0.2)  # fmt: skip
     found, plain = stationary_orbit(p), stationary_orbit(p, accelerate=False)
@@ -101,22 +99,22 @@ def test_a_liquid_that_cannot_freeze_on_its_way_is_not_held_up() -> None:
     assert 2 * found.periods_integrated < plain.periods_integrated
 
 
-def test_jumps_are_kept_where_the_film_forgets() -> None:
-    # The default freezes at each stop; 10 K above T_c a film from rest is liquid for good.
+def test_films_that_always_or_never_freeze_are_accelerated() -> None:
+    # The default film freezes at each stop; 10 K above T_c a film from rest stays liquid.
     for temperature in (200.0, 300.0):
         p = Parameters(temperature=temperature, spring_stiffness=200.0)
         plain = stationary_orbit(p, accelerate=False)
         assert 2 * stationary_orbit(p).periods_integrated < plain.periods_integrated
 
 
-# omega = 38 (unless given), x_0 in parts of X_m: there are two orbits, and the ratio of the first
-# displacements looks steady by accident. Plain iteration ends on the asymmetric one.
+# x_0 in units of X_m, at omega = 38. There are two orbits, and the ratio of the first displacements
+# looks steady by accident. Plain iteration ends on the asymmetric orbit.
 TWO_ORBITS = [0.65625, 0.8125, 0.4375, 0.9375]
 
 
 @pytest.mark.parametrize("start", one_then("stress", TWO_ORBITS))
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9])
-def test_where_two_orbits_exist_a_search_ends_where_plain_iteration_does(
+def test_with_two_orbits_a_search_ends_where_plain_iteration_does(
     start: float, rtol: float
 ) -> None:
     p = Parameters(angular_frequency=38.0, initial_displacement=start * 0.8e-6)
@@ -127,8 +125,8 @@ def test_where_two_orbits_exist_a_search_ends_where_plain_iteration_does(
     assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-3)
 
 
-# T, k, K, gamma, omega, x_0, v_0, phi_0, and the stress amplitude [Pa]: at a tolerance of 1e-4 on
-# the way these films missed the moment in which they freeze, and stayed liquid for good.
+# T, k, K, gamma, omega, x_0, v_0, phi_0, and the stress amplitude [Pa]. At a tolerance of 1e-4 on
+# the way these films missed the moment in which they freeze, and stayed liquid.
 MISSED = [
     ((187.927171, 71315.2112, 1369.64214, -0.8, 37.1608344,
       3.57042358e-07, 2.5157232e-06, 0.0378500092), 2.6427008e6),
@@ -139,11 +137,10 @@ MISSED = [
     ((166.510561, 14754.4633, 3137.49007, -0.8, 47.523083,
       -1.19877589e-07, 5.1846598e-07, 1.47600996e-08), 6.2222697e6),
 ]  # fmt: skip
-STARTS = ("initial_displacement", "initial_velocity", "initial_order_parameter")
+STARTS = Parameters._fields[7:10]
 
-
-# The last of them, kicked every ten periods or so, is on a spiral in between, to another orbit; and
-# measured loosely it can miss a kick, and go there.
+# The last film is kicked every ten periods or so, and in between spirals towards another orbit. A
+# loose measurement can miss a kick and end there.
 LOOSE = [(*MISSED[-1], rtol) for rtol in (1e-3, 3e-4, 1e-5)]
 
 
@@ -155,13 +152,13 @@ LOOSE = [(*MISSED[-1], rtol) for rtol in (1e-3, 3e-4, 1e-5)]
 def test_a_loose_tolerance_does_not_miss_a_freezing_film(
     values: tuple[float, ...], stress: float, rtol: float, accelerate: bool
 ) -> None:
-    p = Parameters(**dict(zip(NAMES + STARTS, values, strict=True)))
+    p = Parameters(*values[:5], **dict(zip(STARTS, values[5:], strict=True)))
     found = stationary_orbit(p, rtol=rtol, accelerate=accelerate)
     assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-3)
 
 
-# On the way to its symmetric orbit this film freezes for a moment, again and again, and ends on an
-# orbit of 11 periods; the symmetric one attracts too, with another order parameter at phase 0.
+# On the way to its symmetric orbit this film freezes for moments again and again, and ends on an
+# orbit of 11 periods. The symmetric one attracts too, with another order parameter at phase 0.
 MOMENTS = {
     "temperature": 202.69676733212248,
     "viscosity_coefficient": 3682.1773616524547,
@@ -173,13 +170,13 @@ MOMENTS = {
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
-def test_a_jump_does_not_outrun_a_film_that_freezes_for_moments(rtol: float) -> None:
+def test_a_jump_does_not_skip_short_freezings(rtol: float) -> None:
     found = stationary_orbit(Parameters(**MOMENTS), rtol=rtol)
     assert (found.orbit_periods, found.regime) == (11, Regime.SUBHARMONIC)
     assert found.elastic_stress_amplitude == pytest.approx(4178462.14886, rel=1e-4)
 
 
-# Weakly viscous films that close after many periods; a jump once led two of them to another orbit.
+# Weakly viscous films whose orbits close after many periods; after a jump two ended elsewhere.
 LONG_CYCLES = [
     ((275.9061297917361, 14.472531543848959, 1722.8622771894788, 5.413828117448292), 11, 2),
     ((273.5089631784888, 14.832391365829933, 1742.3859940390087, 5.478234564318349), 24, 5),
@@ -187,7 +184,7 @@ LONG_CYCLES = [
 
 
 @pytest.mark.parametrize(("values", "periods", "meltings"), one_then("stress", LONG_CYCLES))
-def test_a_jump_does_not_outrun_a_film_with_a_long_cycle(
+def test_a_jump_does_not_miss_a_long_cycle(
     values: tuple[float, float, float, float], periods: int, meltings: int
 ) -> None:
     temperature, viscosity, stiffness, frequency = values
@@ -212,9 +209,9 @@ def test_a_jump_does_not_outrun_a_film_with_a_long_cycle(
 
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-6, 1e-8])
-def test_the_memory_of_a_liquid_film_is_in_the_stated_error(rtol: float) -> None:
-    # A step before a jump of the kind of motion, on the way down from 50 rad/s: the stress of a
-    # film that hardly begins to freeze changes 5000 times as much as the velocity of its block.
+def test_the_stated_error_covers_the_sensitivity_of_a_liquid_film(rtol: float) -> None:
+    # One step before the kind of motion changes, on the way down from 50 rad/s, the film barely
+    # begins to freeze. Its stress changes 5000 times as much as the velocity of the block.
     down = [Parameters(angular_frequency=50.0 - 0.25 * step) for step in range(7)]
     options, states = Options(rtol=rtol, stationary_rtol=rtol), None
     for p in down:
@@ -223,12 +220,12 @@ def test_the_memory_of_a_liquid_film_is_in_the_stated_error(rtol: float) -> None
     floor = 0.01 * 2.0 * p.spring_stiffness * p.drive_amplitude / p.contact_area
     true = abs(found["elastic_stress_amplitude"] - 52858.467) / floor  # at 1e-10
     assert true <= found["amplitude_error"] < 1e4 * rtol
-    # Displaced by a thousandth it would freeze, and come back: its multiplier is that of less.
+    # A displacement of a thousandth would make it freeze; the multiplier is for smaller ones.
     assert found["floquet_multiplier"] == pytest.approx(0.0043872, rel=0.03)
 
 
-# Films near 2K = M omega^2 that move with the drive: the offset of a start at rest decays like
-# t^(-1/2). Liquid above T_c0; solid throughout.
+# Films near 2K = M omega^2 that move with the drive, so that the offset of a start at rest decays
+# like t^(-1/2). They are liquid above T_c0, or always solid.
 NEAR_RESONANCE = [
     (314.63, 101400.0, 334.8, -0.695, 39.882),
     (307.05, 111200.0, 410.5, -0.749, 42.537),
@@ -238,7 +235,7 @@ NEAR_RESONANCE = [
 
 
 @pytest.mark.parametrize("values", NEAR_RESONANCE)
-def test_an_offset_that_decays_ever_more_slowly_is_left_out(values: tuple[float, ...]) -> None:
+def test_an_offset_with_an_ever_slower_decay_is_eliminated(values: tuple[float, ...]) -> None:
     far, near = Parameters(*values), Parameters(*values, initial_displacement=8e-7)
     found, exact = stationary_orbit(far), stationary_orbit(near)
     assert found.status is exact.status is Status.OK
@@ -248,20 +245,20 @@ def test_an_offset_that_decays_ever_more_slowly_is_left_out(values: tuple[float,
     assert found.friction_force_amplitude == pytest.approx(force, rel=1e-4, abs=0)
 
 
-def test_a_spiral_between_two_freezings_is_not_followed_to_its_middle() -> None:
-    # A block that is kicked every third period; the middle is another orbit, which attracts too.
+def test_a_search_does_not_jump_to_the_centre_of_a_spiral_between_freezings() -> None:
+    # The block is kicked every third period. The centre is another orbit, which also attracts.
     p = Parameters(164.42, 11150.0, 1868.0, -0.835, 10.957)
     for rtol in (1e-4, 1e-6, 1e-8):
         assert stationary_orbit(p, rtol=rtol).orbit_periods == 3
 
 
-# T, k, K, gamma, omega, x_0, and what plain iteration ends on: periods and stress [Pa]. The first
-# was led to an orbit whose neighbourhood it leaves again and again, by a spiral along which its
-# order parameter still changed; the second by a few displacements in which its motion between two
-# freezings looked like a spiral. In the next two, on their way to a cycle of many periods, a second
-# jump hid that the film froze after the first. In two more a jump led past the application in
-# which the film freezes; between the passages before it had nearly done so. The last one wandered
-# on after a jump, and what watched it longer came to a cycle of 67 periods.
+# T, k, K, gamma, omega, x_0, and the periods and the stress [Pa] of plain iteration. The first
+# search ended on an orbit whose neighbourhood the motion leaves again and again, because of a
+# spiral along which its order parameter still changed. In the second the motion between two
+# freezings looked like a spiral for a few displacements. In the next two, on their way to a cycle
+# of many periods, a second jump hid that the film froze after the first. In two more a jump skipped
+# the application in which the film freezes, which it had nearly done before. The last one wandered
+# on after a jump, and a longer watch ended on a cycle of 67 periods.
 AMONG_SEVERAL = [
     ((178.923610, 20046.7415, 3425.26162, -0.825771922, 35.2382373), 5.77980163e-7, 20, 5.499e6),
     ((165.2931144, 29936.08052, 3681.314142, -0.8439812557, 47.25449656),
@@ -278,7 +275,7 @@ AMONG_SEVERAL = [
 
 
 @pytest.mark.parametrize(("values", "x0", "periods", "stress"), AMONG_SEVERAL)
-def test_a_jump_ends_on_the_orbit_of_plain_iteration_where_there_are_several(
+def test_among_several_orbits_a_jump_ends_on_the_one_of_plain_iteration(
     values: tuple[float, ...], x0: float, periods: int, stress: float
 ) -> None:
     found = stationary_orbit(Parameters(*values, initial_displacement=x0))
@@ -286,7 +283,7 @@ def test_a_jump_ends_on_the_orbit_of_plain_iteration_where_there_are_several(
     assert found.elastic_stress_amplitude == pytest.approx(stress, rel=2e-4)
 
 
-# Parameters far from the paper's: plain iteration drifts through 8.4e-7 of X_m a period.
+# With these parameters, far from the paper's, plain iteration drifts by 8.4e-7 of X_m per period.
 DRIFTING = {
     "temperature": 107.0181604817574,
     "viscosity_coefficient": 833014.5250973616,
@@ -315,12 +312,12 @@ def test_a_drifting_state_is_not_stationary(rtol: float) -> None:
     found = stationary_orbit(Parameters(**DRIFTING), rtol=rtol)
     assert found.status is Status.OK
     error = abs(found.elastic_stress_amplitude / 4.50195e5 - 1.0)
-    assert error <= found.amplitude_error + 2e-6  # the last digit of the reference
+    assert error <= found.amplitude_error + 2e-6  # 2e-6 is the last digit of the reference
 
 
-def test_a_growth_that_the_measurement_missed_is_looked_for_at_a_finer_tolerance() -> None:
-    # Liquid on the brink of freezing: at 1e-4 the order parameter came back to its own value only
-    # after the cycle that was measured, which knew of no stress; 50 times the stated error.
+def test_a_growth_that_the_measurement_misses_is_found_at_a_finer_tolerance() -> None:
+    # This liquid is about to freeze. At 1e-4 its order parameter recovered only after the measured
+    # cycle, whose stress was then wrong by 50 times the stated error.
     p = Parameters(106.73921376793031, 5733.496239539557, 1930.498651741182, -0.8164563821613574,
                    53.251274836797016)  # fmt: skip
     point = np.array([p])
@@ -331,7 +328,7 @@ def test_a_growth_that_the_measurement_missed_is_looked_for_at_a_finer_tolerance
 
 
 @pytest.mark.parametrize("temperature", [295.0, 314.0])
-def test_a_film_without_noise_that_is_simply_liquid_settles(temperature: float) -> None:
+def test_a_liquid_film_without_noise_settles(temperature: float) -> None:
     p = Parameters(temperature=temperature, initial_order_parameter=0.6)
     found = stationary_orbit(p, noise="none")
     assert found.status is Status.OK
@@ -340,7 +337,7 @@ def test_a_film_without_noise_that_is_simply_liquid_settles(temperature: float) 
     assert found.friction_force_amplitude == pytest.approx(liquid.friction_force_amplitude)
 
 
-def test_an_error_beyond_the_largest_that_is_allowed_is_refined_or_told() -> None:
+def test_an_error_above_the_allowed_maximum_is_refined() -> None:
     p = Parameters(
         temperature=197.944, viscosity_coefficient=1157010.0, spring_stiffness=605.048,
         rheological_index=-0.5, angular_frequency=52.6565,

@@ -1,4 +1,4 @@
-"""Orbits whose amplitudes are known in closed form, or bounded by one."""
+"""Orbits with amplitudes that a closed form gives or bounds."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ RESONANCE = math.sqrt(2 * P.spring_stiffness / P.block_mass)
 
 
 def detuning(K: float = 3000.0, omega: float = 10.0) -> float:
-    """2K - M omega^2 [N/m]: the force per displacement that a locked block needs."""
+    """Return 2K - M omega^2 [N/m], the force per displacement that a locked block needs."""
     return 2 * K - P.block_mass * omega**2
 
 
 def dashpot_force(c: float, omega: float, K: float = 3000.0) -> float:
-    """Force amplitude [N] of a block that hangs at the drive by a dashpot c [N s/m]."""
+    """Return the force amplitude [N] of a block that a dashpot c [N s/m] couples to the drive."""
     return X_M * c * omega * abs(detuning(K, omega)) / math.hypot(detuning(K, omega), c * omega)
 
 
 def stable_order_parameter(strain: np.ndarray | float, T: float = 200.0) -> np.ndarray:
-    """Eq. 16."""
+    """Return the order parameter of Eq. 16."""
     half = P.cubic_coefficient / (2 * P.quartic_coefficient)
     B = P.elastic_coefficient * np.square(strain) + 2 * P.thermal_coefficient * (
         T - P.critical_temperature
@@ -36,7 +36,7 @@ def stable_order_parameter(strain: np.ndarray | float, T: float = 200.0) -> np.n
 
 
 def static_bounds() -> tuple[float, float]:
-    """Largest stress and largest force of a film that follows its strain at once, at 200 K."""
+    """Return the largest stress and force of a film that follows its strain at once, at 200 K."""
     strain = np.linspace(3e-6, 6.8292e-6, 200_001)
     stress = P.elastic_coefficient * stable_order_parameter(strain) ** 2 * strain
     viscous = P.viscosity_coefficient * np.cbrt(strain / TAU)
@@ -53,8 +53,8 @@ def test_a_locked_block_needs_the_force_of_its_springs_less_its_inertia(gamma: f
     assert force < detuning() * X_M  # it creeps a little
 
 
-def test_a_locked_newtonian_block_hangs_at_two_dashpots() -> None:
-    # The solid film at phi_plus is a dashpot A a phi^2 tau/h beside the viscous one, A k/h.
+def test_a_locked_newtonian_block_is_driven_by_two_dashpots() -> None:
+    # The solid film at phi_plus is a dashpot A a phi^2 tau/h, parallel to the viscous one, A k/h.
     solid = P.elastic_coefficient * float(stable_order_parameter(0.0)) ** 2 * TAU
     c = (P.viscosity_coefficient + solid) * AREA / THICKNESS
     force = orbits(row(rheological_index=0.0)).friction_force_amplitude[0]
@@ -100,7 +100,7 @@ def test_at_the_resonance_the_force_vanishes(viscosity: float, rtol: float) -> N
 
 
 def test_at_the_resonance_the_block_moves_with_the_drive() -> None:
-    # With this viscosity what the start leaves decays at 10 per second.
+    # With this viscosity the transient decays at 10 per second.
     p = Parameters(**liquid(1e3, RESONANCE, 300.0))
     ds = simulate(p, periods=60, samples_per_period=50, rtol=1e-8).isel(
         elapsed_time=slice(-51, None)
@@ -113,8 +113,8 @@ def test_at_the_resonance_the_block_moves_with_the_drive() -> None:
 
 
 def test_a_matched_start_is_locked_below_the_knee_and_slips_above() -> None:
-    # 1770.6 N/m, from |2K - M omega^2| X_m = 2.8009 mN; the film is asked for a little less than
-    # that, because it creeps, and may carry a little more: 2e-4 between the two estimates.
+    # The knee is at 1770.6 N/m, from |2K - M omega^2| X_m = 2.8009 mN. The film needs to carry a
+    # little less, because it creeps, and may carry a little more; the two estimates differ by 2e-4.
     matched = {"initial_displacement": X_M, "initial_order_parameter": 0.6}
     stiffness = np.array([1750.0, 1765.0, 1770.2, 1771.0, 1775.0, 1790.0])
     found = orbits(rows("spring_stiffness", stiffness, **matched))
@@ -157,7 +157,7 @@ def test_fast_kinetics_reach_the_static_bound() -> None:
         (found.friction_force_amplitude, force),
     ):
         excess = amplitude / bound - 1
-        assert np.all(np.diff(excess) < 2e-6)  # falls, up to the default accuracy
+        assert np.all(np.diff(excess) < 2e-6)  # it falls, up to the default accuracy
         assert np.all(excess > -2e-6)
         assert excess[-1] < 1e-5
         np.testing.assert_allclose(excess[1:3] * kinetics[1:3], excess[0] * 50.0, rtol=0.1)

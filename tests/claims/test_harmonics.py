@@ -1,4 +1,4 @@
-"""Odd harmonics of the drive: amplitudes by other integrators, closed forms, the order of steps."""
+"""Odd harmonics of the drive agree with other integrators and closed forms."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ PULSED = {"third_harmonic": -0.3, "fifth_harmonic": 0.2}
     ("third_harmonic", "stress", "force"),
     [(0.0, 1.857461e6, 1.321672e-3), (-0.05, 1.857979e6, 1.322031e-3)],
 )
-def test_amplitudes_are_those_of_other_integrators(
+def test_amplitudes_agree_with_other_integrators(
     third_harmonic: float, stress: float, force: float
 ) -> None:
-    # By LSODA and Radau, to the digits given.
+    # The values are from LSODA and Radau, to the digits given.
     orbit = stationary_orbit(Parameters(temperature=250, third_harmonic=third_harmonic), rtol=1e-8)
     assert orbit.elastic_stress_amplitude == pytest.approx(stress, abs=0.51)
     assert orbit.friction_force_amplitude == pytest.approx(force, abs=0.51e-9)
 
 
-def test_the_work_of_a_period_is_that_of_another_integrator() -> None:
+def test_the_work_of_a_period_agrees_with_another_integrator() -> None:
     p = Parameters(temperature=250.0, third_harmonic=-0.05)
     ds = simulate(p, periods=1, start="stationary", samples_per_period=40_000, rtol=1e-8)
-    power = (ds.friction_force * ds.upper_velocity).values[:-1]  # of a period: no end to weigh
+    power = (ds.friction_force * ds.upper_velocity).values[:-1]  # of a whole period without its end
     work = power.sum() * float(ds.elapsed_time[1])
     assert work == pytest.approx(1.783744e-9, abs=0.6e-15)
 
@@ -38,7 +38,7 @@ def test_the_work_of_a_period_is_that_of_another_integrator() -> None:
 @pytest.mark.parametrize(
     "changes", one_then("stress", [{"spring_stiffness": 100.0}, {"rheological_index": 2 / 3}])
 )
-def test_the_force_of_a_locked_block_is_that_of_springs_and_inertia(
+def test_the_force_of_a_locked_block_balances_springs_and_inertia(
     changes: dict[str, float],
 ) -> None:
     p = Parameters(temperature=150.0, viscosity_coefficient=1e7, **changes, **PULSED)
@@ -63,7 +63,7 @@ def test_a_strong_harmonic_settles_like_any_drive() -> None:
     assert off <= max(orbit.amplitude_error, 1e-12) <= 1e-5
 
 
-def test_trajectories_are_those_of_the_twin() -> None:
+def test_trajectories_agree_with_the_twin() -> None:
     p = Parameters(temperature=250.0, **PULSED)
     ds = simulate(p, periods=1, samples_per_period=20, rtol=1e-8).isel(elapsed_time=slice(6))
     twin = reference.trajectory(p, ds.elapsed_time.values, rtol=1e-8)

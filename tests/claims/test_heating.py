@@ -1,4 +1,4 @@
-"""The film keeps the temperature of its walls: docs/decisions/heating.md has these numbers."""
+"""The film keeps the temperature of its walls, with the numbers of docs/decisions/heating.md."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from stickslip import Parameters, simulate
 PAGE = Path(__file__).parents[2] / "docs" / "decisions" / "heating.md"
 
 HEAT_CAPACITY = 2e6  # J m-3 K-1
-COOLING_TIME = 1e-11  # s: that of the borders, which is the longer one
+COOLING_TIME = 1e-11  # s, of the borders, which cool more slowly
 CONDUCTIVITY = 1.0  # W m-1 K-1, of the blocks
-PER_KELVIN = 0.012  # part of the stress amplitude, Fig. 7 at 200 K
+PER_KELVIN = 0.012  # relative change of the stress amplitude, Fig. 7 at 200 K
 
 
 @pytest.fixture(scope="module")
 def dissipation() -> tuple[float, float]:
-    """The largest dissipation of a volume [W m-3] over the orbits of Figs. 3 to 5, and mean."""
+    """The largest and the mean dissipation per volume [W m-3] over the orbits of Figs. 3 to 5."""
     peaks, means = [], []
     for omega in (10.0, 15.0, 32.0, 38.0):
         p = Parameters(angular_frequency=omega)
@@ -34,7 +34,7 @@ def dissipation() -> tuple[float, float]:
 
 
 def walls(dissipation: float) -> float:
-    """How much warmer [K] the walls are at the contact, in a lasting flow of heat."""
+    """Return how much warmer [K] the walls are at the contact, in a stationary flow of heat."""
     p = Parameters()
     radius = math.sqrt(p.contact_area / math.pi)
     return dissipation * p.film_thickness * radius / (4.0 * CONDUCTIVITY)
@@ -45,9 +45,7 @@ def test_the_film_keeps_the_temperature_of_its_walls(dissipation: tuple[float, f
     film = COOLING_TIME * peak / HEAT_CAPACITY
     assert film * PER_KELVIN < 1e-6
     assert walls(peak) < 0.01
-    told = [
-        float(x)
-        for x in re.findall(r"\b(\d(?:\.\d)?e-?\d+) (?:W m⁻³|K\b|of its)", PAGE.read_text("utf-8"))
-    ]
+    page = PAGE.read_text("utf-8")
+    stated = [float(x) for x in re.findall(r"\b(\d(?:\.\d)?e-?\d+) (?:W m⁻³|K\b|of its)", page)]
     for value in (peak, film, film * PER_KELVIN, walls(peak), walls(mean)):
-        assert any(0.8 < value / number < 1.25 for number in told), (value, told)
+        assert any(0.8 < value / number < 1.25 for number in stated), (value, stated)

@@ -1,4 +1,4 @@
-"""A followed axis jumps where plain iteration jumps, carried along the same axis."""
+"""A followed axis jumps where plain iteration along the same axis jumps."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ def both() -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def jumps(ds: xr.Dataset, direction: str) -> np.ndarray:
-    """The frequencies before which the kind of motion changes."""
+    """Return the frequencies after which the kind of motion changes."""
     line = ds.sel(direction=direction)
     kinds = np.stack([line.regime, line.orbit_periods, line.melting_count])
     return line.angular_frequency.values[:-1][(np.diff(kinds) != 0).any(axis=0)]
 
 
 @pytest.mark.parametrize("direction", ["up", "down"])
-def test_every_jump_is_within_a_step_of_that_of_plain_iteration(direction: str) -> None:
+def test_every_jump_is_within_a_step_of_plain_iteration(direction: str) -> None:
     quick, plain = (jumps(ds, direction) for ds in both())
     assert len(quick) == len(plain) > 0
     np.testing.assert_allclose(quick, plain, rtol=0, atol=STEP)
 
 
-def test_between_the_jumps_amplitudes_are_those_of_plain_iteration() -> None:
+def test_between_the_jumps_amplitudes_agree_with_plain_iteration() -> None:
     quick, plain = both()
     assert (quick.status == 0).all()
     assert (plain.status == 0).all()

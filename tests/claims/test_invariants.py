@@ -1,9 +1,8 @@
-"""Laws that hold on every orbit, whatever its parameters: power, bounds, symmetry in time."""
+"""Laws for every orbit, whatever its parameters: power balance, bounds, symmetry in time."""
 
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -71,7 +70,7 @@ def test_the_order_parameter_stays_positive_and_below_its_bound(scene: str) -> N
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_energy_is_conserved_along_a_trajectory(scene: str) -> None:
-    # Work of friction on the block = energy gained, by the trapezoidal rule on the samples.
+    # The work of friction on the block is the gained energy, by the trapezoidal rule on samples.
     p, ds = Parameters(**SCENES[scene]), trajectory(scene)
     power = (ds.friction_force * ds.lower_velocity).values
     work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]))]) * float(
@@ -100,8 +99,8 @@ def test_symmetric_orbits_repeat_mirrored_after_half_a_period(scene: str) -> Non
 
 
 def test_without_a_cubic_term_the_transition_is_continuous() -> None:
-    # Second order: the order parameter falls to 0 like sqrt(T_c - T), without a jump, and what
-    # a film does near T_c does not depend on whether it started solid.
+    # In a second-order transition the order parameter falls to 0 like sqrt(T_c - T) without a jump,
+    # and the motion near T_c does not depend on whether the film started solid.
     temperatures = np.linspace(280.0, 290.0, 21)
     scene = {"cubic_coefficient": 0.0, "rheological_index": 2 / 3}
     rest, solid = (
@@ -136,16 +135,12 @@ NEAR_THE_PAPER = st.fixed_dictionaries(
 )
 
 
-def columns(result: Any) -> dict[str, float]:
-    named = dict(zip(RESULT_COLUMNS, result.row[0].tolist(), strict=True))
-    return {name: named[name] for name in RESULT_COLUMNS}
-
-
 @settings(max_examples=15)
 @given(changes=NEAR_THE_PAPER)
 def test_an_orbit_is_ok_with_its_invariants_or_says_why_not(changes: dict[str, float]) -> None:
     p = Parameters(**changes)
-    found = columns(orbits(np.array(p), max_steps=300_000, max_periods=500))
+    row = orbits(np.array(p), max_steps=300_000, max_periods=500).row[0]
+    found = dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
     status = Status(int(found.pop("status")))
     if not status.is_result:
         assert status in (Status.NOT_STATIONARY, Status.STEP_LIMIT)
@@ -169,9 +164,9 @@ def test_an_orbit_is_ok_with_its_invariants_or_says_why_not(changes: dict[str, f
         assert half >= 0
         if status is Status.OK:
             assert found[f"{name}_amplitude"] == pytest.approx(half, rel=0, abs=1e-15 * size)
-        else:  # the mean of single periods, where max and min are those of the whole window
+        else:  # a mean over single periods, where max and min belong to the whole window
             assert found[f"{name}_amplitude"] <= half * (1 + 1e-9)
         assert found[f"{name}_max"] >= found[f"{name}_min"]
-    # Friction never does less than its elastic part asks for.
+    # Friction is never below its elastic part.
     assert found["friction_force_max"] >= p.contact_area * found["elastic_stress_max"] * (1 - 1e-9)
     assert 0 <= found["asymmetry"] <= 1 + 1e-9

@@ -1,7 +1,7 @@
-"""The force of a block that a solid or stiff film locks to the drive: |2K - M omega^2| |X_m|.
+"""The force of a block that a solid or stiff film locks to the drive is |2K - M omega^2| |X_m|.
 
-Where springs and inertia nearly balance, the force is small and the slip that makes it tiny: an
-integrator that knows the velocity of the block to its tolerance knows nothing of it.
+If springs and inertia nearly balance, the force is small and its slip is tiny. The tolerance of the
+velocity of the block alone would then say nothing about the slip.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from support.points import error_scales
 
 from stickslip import Parameters, Status, stationary_orbit
 
-# What the slip itself, some parts in 1e5 of the drive, changes of the closed form.
+# The change of the closed form by the slip, which is a few parts in 1e5 of the drive.
 LAG = 1e-5
 
 BALANCED = [
@@ -23,7 +23,7 @@ BALANCED = [
 ]  # fmt: skip
 
 
-# Errors of 3 to 8e-8 in stress and force, of which 3e-8 was stated.
+# Stress and force once had errors of 3 to 8e-8, with 3e-8 stated.
 NEAR_RESONANCE = [
     {"temperature": 265.993, "viscosity_coefficient": 54345.2, "spring_stiffness": 267.581,
      "rheological_index": -0.5, "angular_frequency": 39.9088},
@@ -33,14 +33,14 @@ NEAR_RESONANCE = [
 
 
 def closed_form(p: Parameters) -> float:
-    """Amplitude of the friction force [N] on a block that moves with the drive (Eq. 3)."""
+    """Return the force amplitude [N] on a block that moves with the drive (Eq. 3)."""
     inertia = p.block_mass * p.angular_frequency**2
     return abs(2.0 * p.spring_stiffness - inertia) * abs(p.drive_amplitude)
 
 
 @pytest.mark.parametrize("changes", BALANCED)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
-def test_the_force_of_a_locked_block_is_that_of_springs_and_inertia(
+def test_the_force_of_a_locked_block_balances_springs_and_inertia(
     changes: dict[str, float], rtol: float
 ) -> None:
     p = Parameters(**changes)
@@ -49,8 +49,8 @@ def test_the_force_of_a_locked_block_is_that_of_springs_and_inertia(
     assert abs(orbit.friction_force_amplitude / closed_form(p) - 1.0) <= LAG
 
 
-# Moved with the drive to parts in 1e10, so that the closed form is right: from the last correction
-# of the search the force had come out 2 to 48 % too high, with a percent stated at most.
+# These blocks move with the drive to parts in 1e10, so that the closed form is right. The last
+# correction of the search once made the force 2 to 48 % too high, with up to a percent stated.
 THIN = [
     ((208.80990312960191, 465829.98636485112, 280.750437772986, -0.86953196832816093,
       26.038861597633833, 7.5151114109210789e-8), 1e-6),
@@ -76,8 +76,8 @@ def test_the_force_of_a_thin_viscous_film_is_right(values: tuple[float, ...], rt
     assert true <= orbit.amplitude_error <= 1e-2
 
 
-def test_a_liquid_film_that_moves_with_the_drive_is_known_less_well_too() -> None:
-    # The force is 3.51237190e-5 N at 1e-11; 4.8e-8 had been stated of an error of 3e-6.
+def test_the_stated_error_of_a_liquid_film_that_moves_with_the_drive_holds() -> None:
+    # The force is 3.51237190e-5 N at 1e-11. Once the error was 3e-6, with 4.8e-8 stated.
     p = Parameters(297.46819789583549, 35892.050289240353, 638.98950658147567,
                    -0.68355950017104894, 55.544419977995446)  # fmt: skip
     orbit = stationary_orbit(p)
@@ -87,7 +87,7 @@ def test_a_liquid_film_that_moves_with_the_drive_is_known_less_well_too() -> Non
 
 
 @pytest.mark.parametrize("changes", NEAR_RESONANCE)
-def test_what_is_left_of_large_forces_is_known_less_well_and_said_to_be(
+def test_the_stated_error_of_a_difference_of_large_forces_holds(
     changes: dict[str, float],
 ) -> None:
     p = Parameters(**changes)

@@ -1,4 +1,4 @@
-"""Floquet multipliers: those of central differences, at any tolerance."""
+"""Floquet multipliers agree with central differences at any tolerance."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from support.reference import map_of_displacements
 
 from stickslip import Parameters
 
-# Freezes at a moment that reacts to displacements of a thousandth of the drive.
+# This film freezes at a moment that displacements of a thousandth of the drive change.
 CURVED = Parameters(
     temperature=193.65616,
     viscosity_coefficient=1024.2308,
@@ -30,8 +30,8 @@ CURVED = Parameters(
     noise_intensity=2.0120074e-12,
 )
 
-# A liquid that crosses the cusp of its law at full speed, where the solvers of the twin crawl: this
-# multiplier and the last are from `benchmarks/stability/multipliers.py`.
+# This liquid crosses the cusp of its law at full speed, where the solvers of the twin are slow. Its
+# multiplier and the last one are from `benchmarks/stability/multipliers.py`.
 CUSPED = Parameters(
     temperature=296.422,
     viscosity_coefficient=16003.3,
@@ -42,13 +42,13 @@ CUSPED = Parameters(
 
 NEWTONIAN = Parameters(temperature=220.0, rheological_index=0.0, angular_frequency=20.0)
 
-# Whose orbit is not its own mirror image, and has an eigenvalue near -1.
+# This orbit is not its own mirror image, and has an eigenvalue near -1.
 ASYMMETRIC = Parameters(angular_frequency=18.1078)
 
 
 @cache
 def central(p: Parameters) -> float:
-    """The multiplier by central differences of the slow twin, from the orbit at 1e-10."""
+    """Return the multiplier by central differences of the slow twin, at the orbit for 1e-10."""
     orbit = orbits(np.array(p)[None], rtol=1e-10, stationary_rtol=1e-10)
     assert orbit.orbit_periods[0] == 1
     eigenvalues = np.linalg.eigvals(map_of_displacements(p, orbit.final[0, :3], 1e-5))
@@ -61,7 +61,7 @@ def central(p: Parameters) -> float:
     [(CURVED, None), (CUSPED, 0.29143), (NEWTONIAN, None), (ASYMMETRIC, 0.90914)],
     ids=["curved", "cusped", "Newtonian", "asymmetric"],
 )
-def test_a_multiplier_is_that_of_small_displacements_to_both_sides(
+def test_a_multiplier_agrees_with_small_displacements_to_both_sides(
     p: Parameters, exact: float | None, rtol: float
 ) -> None:
     exact = central(p) if exact is None else exact

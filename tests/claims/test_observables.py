@@ -1,4 +1,4 @@
-"""What experiments report of an orbit, against independent integrators and in closed form."""
+"""The observables that experiments report, against independent integrators and closed forms."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.marks import marked
-from support.points import orbits, row
+from support.points import MISSED_STICKS, orbits, row
 
 from stickslip import Parameters, Status, simulate, stationary_orbit
 from stickslip.variables import RESULT_COLUMNS
@@ -18,7 +18,7 @@ OBSERVABLES = [
     for name in ("in_phase", "out_of_phase", "rms", "mean_abs")
 ]
 
-# LSODA on the same equations, settled to 1e-9 of X_m; good to the digits that stand here.
+# From LSODA on the same equations, settled to 1e-9 of X_m; all digits are significant.
 MEASURED: dict[float, dict[str, tuple[float, float]]] = {
     200.0: {
         "dissipated_energy": (3.343224e-9, 1e-15),
@@ -37,7 +37,7 @@ MEASURED: dict[float, dict[str, tuple[float, float]]] = {
 
 
 @pytest.mark.parametrize("temperature", MEASURED)
-def test_they_are_those_of_independent_integrators(temperature: float) -> None:
+def test_they_agree_with_independent_integrators(temperature: float) -> None:
     p = Parameters(temperature=temperature)
     orbit = stationary_orbit(p, rtol=1e-10)
     for name, (value, last_digit) in MEASURED[temperature].items():
@@ -45,7 +45,7 @@ def test_they_are_those_of_independent_integrators(temperature: float) -> None:
 
 
 def sums_over(p: Parameters, periods: int) -> dict[str, float]:
-    """The observables of an orbit from its time courses, by sums over even samples."""
+    """Return the observables of an orbit from sums over equidistant samples."""
     course = simulate(p, periods=periods, start="stationary", samples_per_period=20_000)
     F, t = course.friction_force.values[:-1], course.elapsed_time.values[:-1]
     phase, sign = p.angular_frequency * t, math.copysign(1.0, p.drive_amplitude)
@@ -82,7 +82,7 @@ def test_they_are_integrals_over_the_time_courses(changes: dict[str, float]) -> 
 
 
 @pytest.mark.parametrize("changes", CASES.values(), ids=CASES)
-def test_a_cosine_dissipates_by_the_part_of_the_force_along_its_velocity(
+def test_a_cosine_dissipates_by_the_force_in_phase_with_its_velocity(
     changes: dict[str, float],
 ) -> None:
     p = Parameters(**changes)
@@ -95,7 +95,7 @@ def test_a_cosine_dissipates_by_the_part_of_the_force_along_its_velocity(
 
 
 @pytest.mark.parametrize("changes", [*CASES.values(), HARMONICS], ids=[*CASES, "harmonics"])
-def test_the_loss_of_a_closed_orbit_is_the_work_of_the_drive(changes: dict[str, float]) -> None:
+def test_the_loss_of_a_closed_orbit_equals_the_work_of_the_drive(changes: dict[str, float]) -> None:
     p = Parameters(**changes)
     orbit = stationary_orbit(p)
     course = simulate(p, periods=orbit.orbit_periods, start="stationary", samples_per_period=20_000)
@@ -113,33 +113,26 @@ FIXED = {"method": "euler-cromer", "dt": 2e-5, "stationary_rtol": 1e-4}
 WAYS: dict[str, tuple[np.ndarray, dict[str, Any]]] = {
     "adaptive": (POINTS, {}),
     "euler-cromer": (POINTS[-1:], FIXED),
-    "stochastic": (
-        row(
-            angular_frequency=200.0, drive_amplitude=4e-8, spring_stiffness=6e4, block_mass=0.02,
-            rheological_index=0.0, viscosity_coefficient=1000.0, noise_intensity=1e-8,
-            initial_order_parameter=0.6,
-        )[None],
-        STOCHASTIC,
-    ),
-}  # fmt: skip
+    "stochastic": (row(**MISSED_STICKS)[None], STOCHASTIC),
+}
 
 
 @pytest.mark.parametrize(
     "way",
-    ["adaptive", *marked("stress", ["euler-cromer", "stochastic"])],  # kernels of their own
+    ["adaptive", *marked("stress", ["euler-cromer", "stochastic"])],  # they need other kernels
 )
-def test_they_are_there_by_every_method(way: str) -> None:
+def test_every_method_computes_them(way: str) -> None:
     points, options = WAYS[way]
     found = orbits(points, **options)
     assert np.isfinite(found.row[:, OBSERVABLES]).all()
-    # The largest force is not below its root mean square, nor that below the mean.
+    # The largest force is above the root mean square, and this is above the mean.
     force = np.maximum(found.friction_force_max, -found.friction_force_min)
     assert (found.friction_force_mean_abs < found.friction_force_rms).all()
     assert (found.friction_force_rms < force).all()
 
 
 @pytest.mark.stress
-def test_means_over_a_window_scatter_by_no_more_than_their_comments_say() -> None:
+def test_means_over_a_window_scatter_by_no_more_than_documented() -> None:
     chaotic = {
         "temperature": 205.9, "viscosity_coefficient": 22802.0, "spring_stiffness": 2349.9,
         "angular_frequency": 35.874,
@@ -157,7 +150,7 @@ def test_means_over_a_window_scatter_by_no_more_than_their_comments_say() -> Non
 
 
 @pytest.mark.slow
-def test_both_methods_agree_on_them() -> None:
+def test_both_methods_agree() -> None:
     exact, errors = orbits(POINTS[-1:], rtol=1e-9), []
     for dt in (4e-5, 2e-5):
         fixed = orbits(POINTS[-1:], **FIXED | {"dt": dt})

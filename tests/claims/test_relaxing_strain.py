@@ -1,4 +1,4 @@
-"""Eq. 23: the elastic strain as a variable of its own, and its adiabatic limit, Eq. 24."""
+"""The elastic strain as an independent variable, Eq. 23, and its adiabatic limit, Eq. 24."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TIGHT = 1e-12
 
 
 def slow_film(tau: float, k: float = 5e4, **more: float) -> Parameters:
-    """Thickness and relaxation time grow together, and the viscous stress stays as it is.
+    """Return a film whose thickness grows with the relaxation time, at the same viscous stress.
 
     `k` is the viscosity coefficient of a film of the paper's thickness.
     """
@@ -35,7 +35,7 @@ def orbit(p: Parameters, strain: str, rtol: float = TIGHT) -> Orbit:
 
 
 def change(p: Parameters) -> tuple[float, float]:
-    """Relative changes of the amplitudes of stress and force from Eq. 24 to Eq. 23."""
+    """Return the relative changes of the amplitudes of stress and force from Eq. 24 to Eq. 23."""
     before, after = orbit(p, "adiabatic"), orbit(p, "relaxing")
     assert before.status == after.status == Status.OK
     return (
@@ -65,7 +65,7 @@ def test_a_thick_film_that_relaxes_slowly(
 ) -> None:
     names = ("film_thickness", "strain_relaxation_time", "viscosity_coefficient")
     found = orbit(Parameters(**dict(zip(names, changes, strict=True))), "relaxing")
-    # The values of another solver.
+    # The values are from another solver.
     assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-6)
     assert found.friction_force_amplitude == pytest.approx(force, rel=1e-6)
 
@@ -77,7 +77,7 @@ def test_the_stress_differs_in_proportion_to_the_relaxation_time() -> None:
     assert np.all(differences < 0.0)
     slope = np.polyfit(np.log(times), np.log(-differences), 1)[0]
     assert slope == pytest.approx(1.0, abs=0.05)
-    assert change(slow_film(1e-4))[0] > 10.0 * differences[-1]  # more slowly beyond
+    assert change(slow_film(1e-4))[0] > 10.0 * differences[-1]  # it grows more slowly beyond
 
 
 @pytest.mark.parametrize(
@@ -101,13 +101,12 @@ def test_the_stated_error_holds(gamma: float, k: float) -> None:
         assert np.all(abs(value - true) <= found.amplitude_error * np.maximum(true, least))
 
 
-# --- what it is integrated with ------------------------------------------------------------------
-
+# --- the integrators -----------------------------------------------------------------------------
 
 SLOW = slow_film(1e-3)
 
 
-def test_the_trajectory_is_that_of_the_independent_twin() -> None:
+def test_the_trajectory_agrees_with_the_independent_twin() -> None:
     ds = simulate(SLOW, periods=1, samples_per_period=50, strain="relaxing", rtol=1e-9)
     found = reference.trajectory(SLOW, ds.elapsed_time.values, rtol=1e-8, relaxing=True)
     X_m, V_m = SLOW.drive_amplitude, SLOW.drive_amplitude * SLOW.angular_frequency
@@ -166,7 +165,7 @@ def test_the_film_gives_energy_back_and_the_power_balances() -> None:
 
 
 def test_elastic_power_is_stored_or_lost() -> None:
-    # Term by term from the samples of a trajectory, over a part of a period.
+    # The terms come from the samples of a trajectory over part of a period.
     p = slow_film(0.1)
     ds = simulate(p, periods=1, samples_per_period=100_000, strain="relaxing", rtol=1e-9)
     energy = p.elastic_coefficient * (ds.order_parameter * ds.elastic_strain).values ** 2 / 2
@@ -186,11 +185,11 @@ def test_elastic_power_is_stored_or_lost() -> None:
 # --- options -------------------------------------------------------------------------------------
 
 
-def test_euler_cromer_does_not_know_it() -> None:
+def test_euler_cromer_refuses_a_relaxing_strain() -> None:
     with pytest.raises(OptionError, match="strain 'relaxing' needs the method adaptive"):
         Options(method="euler-cromer", strain="relaxing")
 
 
-def test_a_state_without_the_strain_is_no_start() -> None:
+def test_a_start_without_the_strain_is_refused() -> None:
     with pytest.raises(ValueError, match="ln phi, strain"):
         simulate(SLOW, start=(0.0, 0.0, -1.0), strain="relaxing")

@@ -1,7 +1,7 @@
-"""The exact symmetries of the model, bit for bit: start, closure, search and measurement included.
+"""The exact symmetries of the model hold bit for bit, from the start to the measurement.
 
-Powers of two scale floating-point numbers without rounding, and no operation on the way, from
-the yardsticks of the step control to the acceleration, may know an absolute size.
+Powers of two scale floating-point numbers without rounding, and no operation on the way, from the
+scales of the step control to the acceleration, may contain an absolute size.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.marks import marked
+from support.points import SUBHARMONIC, TWO_SOLIDS
 from support.symmetries import SYMMETRIES, Symmetry, expected, transformed
 
 from stickslip import Parameters, Status
@@ -30,18 +31,9 @@ SCENES: dict[str, dict[str, float]] = {
     "moving start": {"initial_displacement": 3e-7, "initial_velocity": -2e-6},
     "near melting": {"temperature": 285.0},
     "second order": {"cubic_coefficient": 0.0},
-    "two solids": {
-        "quartic_coefficient": 1475.83,
-        "quintic_coefficient": 3258.33,
-        "sextic_coefficient": 2395.83,
-    },
+    "two solids": TWO_SOLIDS,
     "harmonics": {"temperature": 250.0, "third_harmonic": -0.4, "fifth_harmonic": 0.3},
-    "subharmonic": {
-        "temperature": 172.92,
-        "viscosity_coefficient": 22891.7,
-        "spring_stiffness": 5491.4,
-        "angular_frequency": 55.225,
-    },
+    "subharmonic": SUBHARMONIC,
 }
 
 
@@ -54,7 +46,7 @@ def assert_symmetric(p: Parameters, symmetry: Symmetry, options: Options) -> int
     return int(row[STATUS])
 
 
-# Two solids have a kernel of their own; tests/kernels/test_every_parameter.py has their energy too.
+# Two solids need another kernel; tests/kernels/test_every_parameter.py tests their energy too.
 OF_THE_SUITE = [scene for scene in SCENES if scene != "two solids"]
 
 
@@ -73,7 +65,7 @@ def test_orbits_by_plain_iteration_and_at_another_tolerance(name: str, scene: st
     assert status == Status.OK
 
 
-# Liquid above T_c0, and without elasticity: scenes whose largest stable step is long.
+# Scenes with a long largest stable step, liquid above T_c0 or without elasticity.
 COARSE: dict[str, tuple[dict[str, float], float]] = {
     "liquid": (
         {"temperature": 300.0, "rheological_index": 0.0, "viscosity_coefficient": 1e4},
@@ -85,7 +77,7 @@ COARSE: dict[str, tuple[dict[str, float], float]] = {
 }
 
 
-# A fluid of its own costs two kernels to compile.
+# Each further fluid costs the compilation of two kernels.
 COARSE_SCENES = ["viscous", "general power", *marked("stress", ["liquid", "harmonics"])]
 
 
@@ -100,7 +92,7 @@ def test_orbits_by_euler_cromer(name: str, scene: str) -> None:
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SYMMETRIES)
 def test_trajectories(name: str, method: str) -> None:
-    # A short and fast drive: few fixed steps of a stable size make a period of the solid film.
+    # With a short and fast drive few stable steps make a period of the solid film.
     symmetry = SYMMETRIES[name]
     p = Parameters(
         angular_frequency=2e3, drive_amplitude=8e-9, initial_order_parameter=0.6, temperature=250.0
@@ -116,7 +108,7 @@ def test_trajectories(name: str, method: str) -> None:
     ours, other = sampled
     motion = symmetry.motion
     np.testing.assert_array_equal(other, ours * [motion, motion, 1.0], strict=True)
-    assert np.ptp(ours[:, 2]) > 1e-4  # the film takes part
+    assert np.ptp(ours[:, 2]) > 1e-4  # the order parameter changes
 
 
 @settings(max_examples=20)

@@ -1,4 +1,4 @@
-"""What the paper claims of Figs. 3 to 6, on computed data (the claims of docs/equations.md)."""
+"""The paper's claims about Figs. 3 to 6, tested on computed data (see docs/equations.md)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stickslip import Parameters, Status, simulate
 
 X_M = 0.8e-6
 SOLID = 230.0 / (2 * 850.0)
-"""b/2c: the film is solid from this order parameter, melted below a tenth of it."""
+"""b/2c. Above this order parameter the film is solid, below a tenth of it melted."""
 
 STUCK_SPEED = 1e-9 * 6.8293e-6 / 1e-8
 """h eps_c0/tau [m/s]: the melting strain at 200 K as a relative speed."""
@@ -26,9 +26,9 @@ STUCK_SPEED = 1e-9 * 6.8293e-6 / 1e-8
 
 @cache
 def fig_3() -> xr.Dataset:
-    """A stationary period at 200 K and 10 rad/s, rolled to begin with a solidification."""
+    """Return a stationary period at 200 K and 10 rad/s, which begins with a solidification."""
     ds = simulate(periods=1, start="stationary", samples_per_period=20_000, rtol=1e-8)
-    ds = ds.isel(elapsed_time=slice(None, -1))  # the last sample is the first one again
+    ds = ds.isel(elapsed_time=slice(None, -1))  # the last sample repeats the first
     start = next(s for s in runs(ds.order_parameter.values >= SOLID) if s.start > 0).start
     return ds.roll(elapsed_time=-start, roll_coords=False)
 
@@ -38,13 +38,13 @@ def relative_velocity(ds: xr.Dataset) -> np.ndarray:
 
 
 def runs(mask: np.ndarray) -> list[slice]:
-    """The stretches over which a mask holds."""
+    """Return the stretches over which a mask holds."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     return [slice(i, j) for i, j in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def sticks() -> list[slice]:
-    """From solidification until the strain passes the melting strain."""
+    """Return the stretches from solidification until the strain exceeds the melting strain."""
     ds = fig_3()
     solid = runs(ds.order_parameter.values >= SOLID)
     speed = np.abs(relative_velocity(ds))
@@ -66,22 +66,22 @@ def test_fig_4_blocks_that_stick_move_slower_than_the_melting_strain_allows() ->
         assert np.all(speed[stick] < STUCK_SPEED)
         # Beyond that strain the film melts at once: in less than 1 % of the time that it stuck.
         assert solid.stop - stick.stop < 0.01 * (stick.stop - stick.start)
-    assert max(speed) > 40 * STUCK_SPEED  # ... and the slip is another matter
+    assert max(speed) > 40 * STUCK_SPEED  # in a slip
 
 
 def test_fig_4_the_distance_of_the_blocks_is_constant_while_they_stick() -> None:
-    # A solid film creeps like a dashpot, F >= A a phi^2 (tau/h) u: a mean force of 1 mN on
+    # A solid film creeps like a dashpot, F >= A a phi^2 (tau/h) u. A mean force of 1 mN on
     # phi_plus = 0.6 over the longest stick of 0.15 s makes 17 nm, 2 % of X_m.
     ds = fig_3()
     distance = (ds.upper_displacement - ds.lower_displacement).values
     travelled = [np.ptp(ds.upper_displacement.values[s]) for s in sticks()]
     for stick in sticks():
         assert np.ptp(distance[stick]) < 0.02 * X_M
-    assert min(travelled) > 0.5 * X_M  # not because nothing moved
+    assert min(travelled) > 0.5 * X_M  # the upper block moved
     assert np.ptp(distance) > X_M
 
 
-def test_fig_4_the_creep_of_a_stuck_block_is_that_of_a_dashpot() -> None:
+def test_fig_4_a_stuck_block_creeps_like_a_dashpot() -> None:
     ds = fig_3()
     distance = (ds.upper_displacement - ds.lower_displacement).values
     dt = float(ds.elapsed_time[1] - ds.elapsed_time[0])
@@ -97,14 +97,14 @@ def test_fig_3_the_elastic_stress_drops_to_zero_at_each_melting() -> None:
     assert len(melted) == 4
     for liquid in melted:
         stress = np.abs(ds.elastic_stress.values[liquid])
-        assert np.median(stress) < 1e-6 * 4.3e6  # stays there ...
-        assert np.argmax(stress < 1e-3 * 4.3e6) < 0.05 * len(stress)  # ... at once
+        assert np.median(stress) < 1e-6 * 4.3e6  # it stays at zero
+        assert np.argmax(stress < 1e-3 * 4.3e6) < 0.05 * len(stress)  # it drops at once
 
 
 # --- Fig. 5: phase portraits ----------------------------------------------------------------------
 
 FIG_5 = {10.0: 4, 15.0: 2, 32.0: 2, 38.0: 1}
-"""Drive frequencies and meltings a period."""
+"""Drive frequencies and meltings per period."""
 
 
 def fig_5(omega: float, **start: float) -> SimpleNamespace:
@@ -177,19 +177,19 @@ def test_fig_6_at_300_K_the_film_is_liquid_throughout() -> None:
 
 @cache
 def fig_6() -> list[xr.Dataset]:
-    """The sections of one run through four temperatures, the way to each orbit left out."""
+    """Return the sections of a run through four temperatures, without the way to each orbit."""
     ds = simulate(periods=3, schedule={"temperature": [200.0, 220.0, 250.0, 300.0]})
     return [ds.isel(elapsed_time=slice(end - 2000, end)) for end in range(6001, 24002, 6000)]
 
 
-def test_fig_6_peaks_in_one_run_are_those_of_each_temperature_alone() -> None:
+def test_fig_6_peaks_in_one_run_agree_with_each_temperature_alone() -> None:
     temperatures = [float(section.temperature[0]) for section in fig_6()]
     assert temperatures == [200.0, 220.0, 250.0, 300.0]
     stress, force = (
         [float(np.abs(section[name]).max()) for section in fig_6()]
         for name in ("elastic_stress", "friction_force")
     )
-    # Samples miss the tip of a peak by their distance: 2e-3 of the last one.
+    # Samples miss the tip of a peak because of their spacing, the last one by 2e-3.
     np.testing.assert_allclose(stress[:3], [4.305e6, 3.269e6, 1.857e6], rtol=3e-3)
     np.testing.assert_allclose(force, [2.812e-3, 2.183e-3, 1.322e-3, 0.599e-3], rtol=3e-3)
     assert stress[3] < 1.0

@@ -1,4 +1,4 @@
-"""Films with a soft and a hard solid in motion: against an independent solver, and by counting."""
+"""The motion of films with a soft and a hard solid, against an independent solver and counts."""
 
 from __future__ import annotations
 
@@ -9,25 +9,19 @@ import pytest
 import xarray as xr
 from support import reference
 from support.marks import one_then
+from support.points import TWO_SOLIDS
 
 from stickslip import Parameters, Status, simulate, stationary_orbit
 
-# Order parameters at which the balance of these films turns: 0.12, 0.4 and 0.5.
-TWO = {
-    "cubic_coefficient": 230.0,
-    "quartic_coefficient": 1475.83,
-    "quintic_coefficient": 3258.33,
-    "sextic_coefficient": 2395.83,
-}
 FLUIDS = (-2 / 3, 0.0, 0.3, 2 / 3)
 
 
 def film(**changes: float) -> Parameters:
-    return Parameters(**TWO | changes)
+    return Parameters(**TWO_SOLIDS | changes)
 
 
 @pytest.mark.parametrize("gamma", one_then("stress", FLUIDS))
-def test_a_trajectory_is_that_of_an_independent_solver(gamma: float) -> None:
+def test_a_trajectory_agrees_with_an_independent_solver(gamma: float) -> None:
     p = film(rheological_index=gamma, viscosity_coefficient=5e4 if gamma < 0 else 10.0)
     ds = simulate(p, periods=1, samples_per_period=50, rtol=1e-9)
     states = reference.trajectory(p, ds.elapsed_time.values, method="LSODA", rtol=1e-10)
@@ -38,7 +32,7 @@ def test_a_trajectory_is_that_of_an_independent_solver(gamma: float) -> None:
 
 @pytest.mark.stress
 @pytest.mark.parametrize("gamma", FLUIDS)
-def test_an_orbit_is_what_a_trajectory_along_it_shows(gamma: float) -> None:
+def test_an_orbit_agrees_with_a_trajectory_along_it(gamma: float) -> None:
     p = film(rheological_index=gamma, viscosity_coefficient=5e4 if gamma < 0 else 10.0)
     orbit = stationary_orbit(p)
     assert orbit.status is Status.OK
@@ -52,10 +46,10 @@ def test_an_orbit_is_what_a_trajectory_along_it_shows(gamma: float) -> None:
 
 
 def transitions(ds: xr.Dataset, p: Parameters) -> int:
-    """Changes between the solids along a closed orbit, each state judged by itself.
+    """Count the changes between the solids along a closed orbit, where each state has a phase.
 
-    By what these films were designed for: where the balance turns, and between which values of the
-    melting function a soft solid exists.
+    The phases follow from the order parameters at which the balance of these films turns, and from
+    the values of the melting function between which a soft solid exists.
     """
     phi, eps = ds.order_parameter.values, ds.elastic_strain.values
     B = 4e12 * eps**2 + 2 * 0.95 * (p.temperature - 290.0)
@@ -67,20 +61,20 @@ def transitions(ds: xr.Dataset, p: Parameters) -> int:
 
 
 def test_under_a_slow_strain_the_film_melts_in_two_steps() -> None:
-    # Stiff springs hold the block: the strain follows the drive, slowly for the film.
+    # Stiff springs hold the block, so the strain follows the drive, slowly for the film.
     p = film(spring_stiffness=1e9, drive_amplitude=7.2e-8, initial_order_parameter=0.85)
     orbit = stationary_orbit(p)
     assert (orbit.melting_count, orbit.solid_transition_count) == (2, 2)  # twice a period
     ds = simulate(p, periods=1, start=orbit.state, samples_per_period=20_000)
     assert transitions(ds, p) == 2
     gentle = stationary_orbit(p._replace(drive_amplitude=6.68e-8))
-    assert (gentle.melting_count, gentle.solid_transition_count) == (0, 4)  # to and fro
-    paper = stationary_orbit(film())  # sheared off at once
+    assert (gentle.melting_count, gentle.solid_transition_count) == (0, 4)  # back and forth
+    paper = stationary_orbit(film())  # it melts in one step
     assert (paper.melting_count, paper.solid_transition_count) == (1, 0)
 
 
 @pytest.mark.stress
-def test_euler_cromer_goes_the_same_way() -> None:
+def test_euler_cromer_agrees() -> None:
     light = film(
         angular_frequency=2e4, drive_amplitude=1e-11, contact_area=6e-13, block_mass=1e-5,
         spring_stiffness=6e4, initial_order_parameter=0.6,

@@ -1,7 +1,7 @@
-"""The work of the drive on locked blocks: a loss of parts in 1e5 of what flows to and fro.
+"""The work of the drive on locked blocks, whose loss is parts in 1e5 of the exchanged energy.
 
-What is stated about it is held against the same program at 1e-11, an independent solver, and the
-closed form of a block that does not slip.
+The loss and its stated error are compared with the same program at 1e-11, an independent solver,
+and the closed form of a block that does not slip.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ TOLERANCES = (1e-4, 1e-6, 1e-8)
 EXACT = 1e-11
 COUNT = 40
 
-# A film whose loss came out negative, and twice as large as it is; the value is its closed form,
-# which slip changes by 1e-3.
+# A film whose loss once came out negative and twice too large. The value is its closed form, which
+# slip changes by 1e-3.
 KNOWN = Parameters(
     rheological_index=-0.6704525470636129, viscosity_coefficient=648936.5768122722,
     temperature=221.09930782377288, spring_stiffness=307.75069744583607,
@@ -65,18 +65,18 @@ def test_the_stated_error_is_a_bound(name: str, rtol: float) -> None:
     found, exact = (getattr(computed(r), name) for r in (rtol, EXACT))
     stated = getattr(computed(rtol), f"{name}_error")
     assert (np.abs(found - exact) <= stated + 1e-10 * np.abs(exact)).all()
-    # ... and means something, where a slip of parts in 1e10 is not asked for.
+    # It must also be small, at tolerances that do not resolve a slip of parts in 1e10.
     assert np.median(stated / np.abs(exact)) < 2.0 * rtol
 
 
 @pytest.mark.parametrize("rtol", [*TOLERANCES, EXACT])
-def test_no_block_drives_its_drive(rtol: float) -> None:
+def test_no_block_gives_energy_to_its_drive(rtol: float) -> None:
     assert (computed(rtol).dissipated_energy > 0.0).all()
     assert (computed(rtol).friction_force_out_of_phase > 0.0).all()
 
 
 @pytest.mark.parametrize("rtol", [*TOLERANCES, EXACT])
-def test_a_block_that_hardly_slips_loses_what_its_springs_and_inertia_force_it_to(
+def test_the_loss_of_a_block_that_hardly_slips_has_its_closed_form(
     rtol: float,
 ) -> None:
     points, found = films(COUNT), computed(rtol)
@@ -94,14 +94,14 @@ def test_an_independent_solver_finds_the_same_loss() -> None:
             found, missed = work_of_a_period(Parameters(*points[i]), exact.final[i, :3])
         except RuntimeError:
             continue
-        assert missed < 1e-7  # it is the orbit
+        assert missed < 1e-7  # the motion returns
         assert found == pytest.approx(exact.dissipated_energy[i], rel=1e-7)
         compared += 1
     assert compared >= 20
 
 
 @pytest.mark.stress
-def test_a_drive_with_harmonics_states_the_error_of_its_first() -> None:
+def test_the_stated_errors_hold_with_harmonics() -> None:
     points = films(COUNT)
     for name, size in (("third_harmonic", 0.2), ("fifth_harmonic", -0.05)):
         points[:, Parameters._fields.index(name)] = size
@@ -111,6 +111,6 @@ def test_a_drive_with_harmonics_states_the_error_of_its_first() -> None:
     for name in ("friction_force_in_phase", "friction_force_out_of_phase", "dissipated_energy"):
         away = np.abs(getattr(found, name) - getattr(exact, name))
         assert (away <= getattr(found, f"{name}_error"))[same].all(), name
-    # The work holds all harmonics: the first alone is not known from it.
+    # The work contains all harmonics, so it does not determine the first one.
     first = math.pi * 1e-7 * exact.friction_force_out_of_phase
     assert not np.allclose(first, exact.dissipated_energy, rtol=1e-3, atol=0.0)
