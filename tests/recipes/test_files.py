@@ -1,4 +1,4 @@
-"""The recipes of CONTRIBUTING.md: how many files each touches, and what it gives."""
+"""The recipes of CONTRIBUTING.md touch as few files as promised, and work."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_FILES = {
     "method": 2,
     "executor": 2,
 }
-"""Files at most, as the table of CONTRIBUTING.md says."""
+"""The largest number of files, from the table of CONTRIBUTING.md."""
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -35,7 +35,7 @@ def test_a_recipe_touches_no_more_files_than_promised(name: str, tmp_path: Path)
     assert len(touched) <= MOST_FILES[name]
 
 
-def test_a_figure_is_drawn_from_a_file_and_a_line(tmp_path: Path) -> None:
+def test_a_figure_needs_only_a_file_and_a_line(tmp_path: Path) -> None:
     copy = copied(tmp_path)
     carried_out(OF_THE_SHELL["figure"], copy)
     done = output_of(script("drawn.py"), copy)
@@ -44,10 +44,10 @@ def test_a_figure_is_drawn_from_a_file_and_a_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_an_executor_computes_the_same_bits_from_a_file_and_a_line(tmp_path: Path) -> None:
+def test_an_executor_needs_only_a_file_and_a_line_for_the_same_bits(tmp_path: Path) -> None:
     copy = copied(tmp_path)
     carried_out(OF_THE_SHELL["executor"], copy)
-    # The kernels are those of the project, in the cache already.
+    # The kernels of the project are already in the cache.
     done = output_of(script("serial_sweeps.py"), copy)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)

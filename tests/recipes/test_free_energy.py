@@ -1,4 +1,4 @@
-"""A term of the free energy as the recipe adds it: the phases of films, against numpy.roots."""
+"""A term of the free energy as the recipe adds it, with phases from numpy.roots to compare."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ ENERGIES = ("cubic", "quartic", "quintic", "sextic", "septic", "octic")
 
 
 def with_turns(turns: list[float], **given: float) -> dict[str, float]:
-    """Coefficients of a film whose balance turns at these order parameters.
+    """Return the coefficients of a film whose balance turns at these order parameters.
 
-    Where some are given, the lowest are found that make it turn there.
+    If some coefficients are given, the lowest others follow from the turning points.
     """
     if not given:  # the slope is -6 g times the product of (phi - turn)
         slope = -6.0 * 400.0 * np.poly(turns)[::-1]
@@ -44,7 +44,7 @@ def with_turns(turns: list[float], **given: float) -> dict[str, float]:
 
 
 class Film(NamedTuple):
-    """What numpy.roots says of a film: its turning points, and what follows from them."""
+    """The turning points of a film from numpy.roots, and what follows from them."""
 
     turns: list[float]
     largest: float
@@ -74,17 +74,15 @@ FILMS = {
     "three solids": with_turns([0.2, 0.4, 0.6, 0.8, 1.0]),
 }
 HEATING = {"two solids": 3.44, "without a sextic term": 3.0, "three solids": 5.8}
-"""2 alpha (T - T_c) [J/m3]: at rest all solids of a film exist."""
+"""2 alpha (T - T_c) [J/m3], with which all solids of a film exist at rest."""
 
-FILMS = {
-    name: values | {"temperature": 290.0 + HEATING[name] / (2 * 0.95)}
-    for name, values in FILMS.items()
-}
+for _name, _values in FILMS.items():
+    _values["temperature"] = 290.0 + HEATING[_name] / (2 * 0.95)
 
 
 @pytest.fixture(scope="module")
 def phases(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
-    """What a copy with a septic and an octic term says of films."""
+    """The phases of films by a copy with a septic and an octic term."""
     copy = copied(tmp_path_factory.mktemp("octic"))
     carried_out([*RECIPES["free energy"], SEPTIC], copy)
     films = json.dumps(list(FILMS.values()))
@@ -126,12 +124,12 @@ def test_the_page_of_phases_follows_an_octic_term(
     assert liquid.min() == pytest.approx(melting, rel=2e-3)
 
 
-def test_a_coefficient_that_is_not_declared_is_refused(tmp_path: Path) -> None:
+def test_an_undeclared_coefficient_is_refused(tmp_path: Path) -> None:
     code = "from stickslip import Parameters; Parameters(octic_coefficient=400.0)"
     assert "no parameter 'octic_coefficient'" in refusal(copied(tmp_path), code)
 
 
-def test_a_positive_octic_coefficient_bounds_the_order_parameter_and_a_wrong_sign_does_not(
+def test_an_octic_coefficient_bounds_the_order_parameter_only_with_the_right_sign(
     tmp_path: Path,
 ) -> None:
     copy, (edit,) = copied(tmp_path), RECIPES["free energy"]
@@ -167,7 +165,7 @@ OF_THE_ENERGY_ALONE = Edit(
     ],
     ids=["no power", "a term of the energy alone"],
 )
-def test_a_term_that_is_not_one_of_all_fails_a_test_of_the_model(
+def test_a_term_that_is_missing_somewhere_fails_a_test_of_the_model(
     edits: list[Edit], power: str, test: str, tmp_path: Path
 ) -> None:
     copy, (edit,) = copied(tmp_path), RECIPES["free energy"]

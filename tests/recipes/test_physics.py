@@ -1,7 +1,7 @@
-"""What the recipes of CONTRIBUTING.md change in the numbers, by each method that allows it.
+"""The recipes of CONTRIBUTING.md change the numbers as they should, with each suitable method.
 
-Those that change numbers are applied to one copy of the sources, so that it is compiled once; small
-sweeps by each method then show that the numbers change as they should.
+All recipes that change numbers are applied to one copy of the sources, which is compiled once. Then
+small sweeps by each method show that the numbers change correctly.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import sweeps
 
 @pytest.fixture(scope="module")
 def changed_copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sources with all recipes carried out."""
+    """A copy of the sources with all recipes carried out."""
     copy = copied(tmp_path_factory.mktemp("copy"))
     for recipe in RECIPES.values():
         carried_out(recipe, copy)
@@ -44,7 +44,7 @@ COARSE = ("plain", "octic", "plateau", "damped", "two tones", "two tones of a mi
 """Cases in which a step of 2e-6 s is stable."""
 
 CASES = {"adaptive": ALL, "fixed": ALL, "runge_kutta": COARSE}
-"""By the name of a fixture; each takes a minute or more to compile."""
+"""The cases by the name of a fixture; each takes a minute or more to compile."""
 
 RUNS = [(method, case) for method, cases in CASES.items() for case in cases]
 
@@ -52,7 +52,7 @@ RUNS = [(method, case) for method, cases in CASES.items() for case in cases]
 def results_of(
     copy: Path, method: str, cases: tuple[str, ...] = ALL
 ) -> dict[str, dict[str, float]]:
-    """What small sweeps by a method give, by case."""
+    """Return the results of small sweeps by a method, by case."""
     done = output_of(script("small_sweeps.py"), copy, method, *cases, cache=copy / "cache")
     assert done.returncode == 0, done.stderr
     found: dict[str, dict[str, float]] = json.loads(done.stdout)
@@ -76,9 +76,7 @@ def runge_kutta(changed_copy: Path) -> dict[str, dict[str, float]]:
 
 @pytest.mark.stress
 @pytest.mark.parametrize(("method", "case"), RUNS)
-def test_what_is_measured_is_what_is_integrated(
-    request: pytest.FixtureRequest, method: str, case: str
-) -> None:
+def test_the_power_balance_holds(request: pytest.FixtureRequest, method: str, case: str) -> None:
     found = request.getfixturevalue(method)[case]
     assert found["status"] == 0
     assert found["power_balance_error"] < 1e-3
@@ -100,7 +98,7 @@ def test_all_methods_compute_the_same_physics(
 
 @pytest.mark.stress
 @pytest.mark.parametrize("case", COARSE)
-def test_a_new_method_states_an_error_that_holds(
+def test_the_stated_error_of_a_new_method_holds(
     adaptive: dict[str, dict[str, float]], runge_kutta: dict[str, dict[str, float]], case: str
 ) -> None:
     found, exact = runge_kutta[case], adaptive[case]
@@ -128,7 +126,7 @@ BEFORE = {
     "two tones": "plain",
     "thickened": "not thickened",
 }
-"""What the numbers of a case differ from."""
+"""The case from which the numbers of a case differ."""
 
 
 @pytest.mark.stress
@@ -158,14 +156,14 @@ def test_a_parameter_at_its_default_changes_nothing(
     model = {"gamma": 0, "T": 250, "delta": 1.0, "omega": 30, "x_0": 0.8e-6, "phi_0": 0.6}
     config = {"model": model, "integrator": {"rtol": 1e-5}, "stationary": {"rtol": 1e-5}}
     today = sweeps.run(config, workers=1)
-    # More parameters make other code: the last digits differ, and the steps that hang on them.
+    # More parameters make other code, so the last digits differ, and the steps that depend on them.
     error = float(today.amplitude_error)
     for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
         assert adaptive["plain"][name] == pytest.approx(float(today[name]), rel=error)
 
 
 @pytest.mark.stress
-def test_a_liquid_film_passes_on_the_stress_of_the_new_law(
+def test_a_liquid_film_has_the_stress_of_the_new_law(
     adaptive: dict[str, dict[str, float]],
 ) -> None:
     """Stiff springs hold the block, so the film shears at the speed of the drive."""
@@ -176,7 +174,7 @@ def test_a_liquid_film_passes_on_the_stress_of_the_new_law(
 
 @pytest.fixture(scope="module")
 def sprung(changed_copy: Path) -> dict[str, list[dict[str, float]]]:
-    """Orbits with a rigid upper block, and on springs of 1e7, 1e8 and 1e9 N/m."""
+    """Orbits with a rigid upper block, and with springs of 1e7, 1e8 and 1e9 N/m for it."""
     done = output_of(script("sprung_sweeps.py"), changed_copy, cache=changed_copy / "cache")
     assert done.returncode == 0, done.stderr
     found: dict[str, list[dict[str, float]]] = json.loads(done.stdout)
@@ -185,10 +183,10 @@ def sprung(changed_copy: Path) -> dict[str, list[dict[str, float]]]:
 
 @pytest.mark.stress
 @pytest.mark.parametrize("case", ["locked", "liquid"])
-def test_a_stiff_spring_of_the_upper_block_takes_the_force_to_that_of_a_rigid_one(
+def test_with_a_stiffer_spring_the_force_approaches_the_rigid_limit(
     sprung: dict[str, list[dict[str, float]]], case: str
 ) -> None:
-    """In proportion to 1/K_2."""
+    """The difference is proportional to 1/K_2."""
     assert all(found["status"] == 0 for found in sprung[case])
     assert all(found["power_balance_error"] < 1e-7 for found in sprung[case])
     rigid, *others = (found["friction_force_amplitude"] for found in sprung[case])
@@ -199,7 +197,7 @@ def test_a_stiff_spring_of_the_upper_block_takes_the_force_to_that_of_a_rigid_on
 
 
 @pytest.mark.stress
-def test_blocks_that_are_locked_move_as_one_on_their_springs(
+def test_locked_blocks_move_together_on_their_springs(
     sprung: dict[str, list[dict[str, float]]],
 ) -> None:
     """X_2 = X K_2/(K_2 + 2 K - (M + M_2) omega^2), and F = (2 K - M omega^2) X_2."""
@@ -210,16 +208,16 @@ def test_blocks_that_are_locked_move_as_one_on_their_springs(
 
 
 @pytest.mark.stress
-def test_the_work_lost_in_a_newtonian_liquid_is_that_of_its_force(
+def test_the_work_lost_in_a_newtonian_liquid_follows_from_its_force(
     sprung: dict[str, list[dict[str, float]]],
 ) -> None:
-    """Pi F^2 h/(k A omega) for a harmonic force."""
+    """It is pi F^2 h/(k A omega) for a harmonic force."""
     found = sprung["liquid"][0]
     expected = math.pi * found["friction_force_amplitude"] ** 2 * 1e-9 / (5e4 * 0.6e-9 * 30)
     assert found["dissipated_work"] == pytest.approx(expected, rel=1e-4)
 
 
-def test_a_method_that_does_not_know_a_state_variable_refuses_it(changed_copy: Path) -> None:
+def test_a_method_refuses_an_unknown_state_variable(changed_copy: Path) -> None:
     asked = {"film": {"strain": "sprung"}, "integrator": {"method": "euler-cromer"}}
     refused = refusal(changed_copy, f"from sweeps import run; run({asked})")
     assert "adaptive" in refused

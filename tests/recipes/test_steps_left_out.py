@@ -1,4 +1,4 @@
-"""What a step of a recipe that is left out leads to: an error, a status or a test that fails."""
+"""Leaving out a step of a recipe causes an error, a status or a failing test."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_method_without_a_function_is_refused_by_its_name(left_out: str, tmp_p
     )
 
 
-def test_a_config_asks_no_noise_of_a_method_that_it_does_not_know(tmp_path: Path) -> None:
+def test_a_config_refuses_noise_that_its_method_lacks(tmp_path: Path) -> None:
     copy = copied(tmp_path)
     carried_out(RECIPES["method"], copy)
     asked = {"integrator": {"method": "rk4", "dt": 1e-6}, "noise": {"treatment": "stochastic"}}
@@ -78,7 +78,7 @@ def test_a_config_asks_no_noise_of_a_method_that_it_does_not_know(tmp_path: Path
 
 
 def without(recipe: str, left_out: str, folder: Path) -> Path:
-    """A copy in which the step with this text is left out of a recipe."""
+    """Return a copy with a recipe carried out, except for the step with this text."""
     copy = copied(folder)
     kept = [edit for edit in RECIPES[recipe] if left_out not in f"{edit.file}: {edit.text}"]
     assert len(kept) == len(RECIPES[recipe]) - 1
@@ -94,7 +94,7 @@ def without(recipe: str, left_out: str, folder: Path) -> Path:
         ("state variables", 'options.py:         "sprung"', "strain must be one of"),
     ],
 )
-def test_a_step_that_is_left_out_is_refused_at_the_start(
+def test_leaving_out_a_step_is_an_error_at_the_start(
     recipe: str, left_out: str, message: str, tmp_path: Path
 ) -> None:
     copy = without(recipe, left_out, tmp_path)
@@ -122,7 +122,7 @@ LEFT_OUT: dict[str, tuple[str, Callable[[Edit], bool], str]] = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("step", one_then("stress", [*LEFT_OUT]))
-def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_path: Path) -> None:
+def test_leaving_out_a_step_is_an_error_and_not_a_wrong_number(step: str, tmp_path: Path) -> None:
     name, left_out, message = LEFT_OUT[step]
     copy = copied(tmp_path)
     carried_out([edit for edit in RECIPES[name] if not left_out(edit)], copy)
@@ -132,7 +132,7 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
 
 @pytest.mark.stress
 @pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
-def test_a_loss_of_the_block_that_is_left_out_violates_the_power_balance(
+def test_leaving_out_the_loss_of_the_block_violates_the_power_balance(
     method: str, tmp_path: Path
 ) -> None:
     copy, recipe = copied(tmp_path), RECIPES["force on the block"]
@@ -142,7 +142,7 @@ def test_a_loss_of_the_block_that_is_left_out_violates_the_power_balance(
 
 
 @pytest.mark.stress
-def test_a_slope_of_the_block_that_is_left_out_fails_a_test_of_the_model(tmp_path: Path) -> None:
+def test_leaving_out_the_slope_of_the_block_fails_a_test_of_the_model(tmp_path: Path) -> None:
     copy, recipe = copied(tmp_path), RECIPES["force on the block"]
     carried_out([edit for edit in recipe if "stiffness, 0.0" not in edit.before], copy)
     said = said_by_tests(copy, "model/test_block.py")
