@@ -38,7 +38,7 @@ from stickslip.numerics.linear import algebra, larger
 # the last accepted step, a flag for a possible extremum inside the last attempted step, and the
 # lowest and highest ln(phi) at the ends of steps since the half period began.
 ROOM = len(Reduced._fields) + RECORD + 7
-"""Slots of a lane in addition to those of its integration."""
+"""The number of slots of a lane in addition to the slots of its integration."""
 
 SLOTS = slots_for(0, ROOM)
 """Slots of the numbers of a lane; the slots of vectors depend on their width."""

@@ -92,8 +92,8 @@ class Orbits(NamedTuple):
     in SI units; `multipliers` (n,); `slopes` (n, SENSITIVE, width) are derivatives of extrema and
     integrals with respect to the first state. `missed` (n, width) is the failure of the finer cycle
     to close, weighted as in the test of repetition. `offsets` (n, width) of the state from the
-    orbit are NaN if it left the orbit; `shifts` (n, width) are those of the orbit between the two
-    tolerances. Both are a cycle later, when fast transients have decayed.
+    orbit are NaN if it left the orbit. `shifts` (n, width) are the changes of the orbit between the
+    two tolerances. Both are a cycle later, when fast transients have decayed.
     """
 
     begins: np.ndarray

@@ -30,7 +30,7 @@ RECORD_BEGIN = PARAMETERS_BEGIN + len(StepParameters._fields)
 """The first slot of the record, after the parameters."""
 
 SLOTS = RECORD_BEGIN + RECORD
-"""Number of slots of a lane, without those of stochastic noise."""
+"""The number of slots of a lane without stochastic noise."""
 
 # With stochastic noise there follow the stream of random numbers, the number of the next group of
 # steps, and the remaining signs of the present group.

@@ -1,6 +1,6 @@
-"""The way of motions to their orbits, by searches and by watching those that wander.
+"""How motions reach their orbits: they are searched, watched if they wander, and searched again.
 
-It is the same for all methods.
+This is the same for all methods.
 """
 
 from __future__ import annotations

@@ -68,8 +68,8 @@ _LATE_JUMP = 0.1
 # few that a long search begins early, while there are others for the remaining lanes.
 AT_A_TIME = 4 * LANES
 
-# After this many applications that no verdict has disturbed, a search takes one more at a time, so
-# that less than one in this number is dropped.
+# For each such number of applications that no verdict has disturbed, a search takes one more at a
+# time, so that fewer than one in this number are dropped.
 _UNDISTURBED = 8
 
 _STAYS, _LEAVES = -1, -2
@@ -90,8 +90,8 @@ class March(Protocol):
 
         It takes the rows (m,) of more motions, and returns the rows (k,) of some that have ended
         while others go on; no rows mean that all have ended. Each motion advances by AHEAD
-        applications, or fewer if it fails. The result of each application is in `Motions.ahead`,
-        their number in DONE, and a failure of the next one in OUTCOME.
+        applications or fewer. The result of each application is in `Motions.ahead`, their number in
+        DONE, and a failure of the next one in OUTCOME.
         """
 
 
