@@ -249,7 +249,7 @@ def test_other_processes_refuse_a_law_of_this_one(kind: Any) -> None:
     options = replace(DEFAULTS)
     object.__setattr__(options, "friction", "limited@python+0123")
     blocks = ask(lambda _: np.array([Parameters()]), Given([np.array([0])]), options, workers)
-    with pytest.raises(ExecutorError, match=r"take threads .*backend: threads"):
+    with pytest.raises(ExecutorError, match=r"use threads .*backend: threads"):
         next(blocks)
 
 
