@@ -12,7 +12,7 @@ import stickslip
 
 PACKAGE = Path(stickslip.__file__).parent
 
-ENDED = 300.0  # seconds, after which a process hangs on any machine
+ENDED = 1800.0  # seconds, after which a process hangs on any machine
 
 
 def copy_of_package(folder: Path, package: Path = PACKAGE) -> Path:

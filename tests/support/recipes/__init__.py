@@ -13,12 +13,10 @@ from typing import NamedTuple
 
 import stickslip
 import sweeps
-from support.package import copy_of_package
+from support.package import ENDED, copy_of_package
 
 _HERE = Path(__file__).parent
 _TESTS = _HERE.parents[1]
-
-_ENDED = 1800.0  # seconds, after which a process hangs on any machine
 
 
 class Edit(NamedTuple):
@@ -73,7 +71,7 @@ def output_of(
         env=environment,
         capture_output=True,
         text=True,
-        timeout=_ENDED,
+        timeout=ENDED,
         check=False,
     )
 
