@@ -152,7 +152,7 @@ def compute_orbits(
     results
         (n, columns) in the order of `variables.RESULT_COLUMNS`.
     finals
-        (n, columns) in the order of `kernels.points.final_columns`.
+        (n, columns) in the order of `kernels.parameter_rows.final_columns`.
 
     Raises
     ------
