@@ -71,7 +71,9 @@ CASES: dict[str, dict[str, Any]] = {
 HARMONICS = {"temperature": 250.0, "third_harmonic": 0.2, "fifth_harmonic": -0.05}
 
 
-@pytest.mark.parametrize("changes", [*CASES.values(), HARMONICS], ids=[*CASES, "harmonics"])
+@pytest.mark.parametrize(
+    "changes", [*CASES.values(), *marked("stress", [HARMONICS])], ids=[*CASES, "harmonics"]
+)
 def test_they_are_integrals_over_the_time_courses(changes: dict[str, float]) -> None:
     p = Parameters(**changes)
     orbit = stationary_orbit(p)
@@ -94,7 +96,9 @@ def test_a_cosine_dissipates_by_the_force_in_phase_with_its_velocity(
     assert 0.0 < error < 1e-4 * work
 
 
-@pytest.mark.parametrize("changes", [*CASES.values(), HARMONICS], ids=[*CASES, "harmonics"])
+@pytest.mark.parametrize(
+    "changes", [*CASES.values(), *marked("stress", [HARMONICS])], ids=[*CASES, "harmonics"]
+)
 def test_the_loss_of_a_closed_orbit_equals_the_work_of_the_drive(changes: dict[str, float]) -> None:
     p = Parameters(**changes)
     orbit = stationary_orbit(p)

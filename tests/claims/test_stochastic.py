@@ -30,7 +30,7 @@ def largest_stresses(point: np.ndarray, options: Options, periods: int) -> np.nd
     return np.array([walk.next_period()[:, STRESS_MAX] for _ in range(periods + 5)])[5:]
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_an_independent_euler_maruyama_run_agrees() -> None:
     # benchmarks/shared/euler_maruyama.py at commit e5f42fa, over 130 drive periods at 2 ns, gives a
     # mean of 1.7262 +- 0.0025 MPa (one standard error) and 0.0286 MPa from period to period.

@@ -60,6 +60,7 @@ def transitions(ds: xr.Dataset, p: Parameters) -> int:
     return int(np.count_nonzero((seen != before) & (seen > 1) & (before > 1)))
 
 
+@pytest.mark.stress
 def test_under_a_slow_strain_the_film_melts_in_two_steps() -> None:
     # Stiff springs hold the block, so the strain follows the drive, slowly for the film.
     p = film(spring_stiffness=1e9, drive_amplitude=7.2e-8, initial_order_parameter=0.85)
