@@ -115,7 +115,7 @@ class Point:
 
         Raises PointError if the numbers of the Dataset were computed with another config.
         """
-        # The stored values may have been computed with other settings than the config says.
+        # The stored values may have been computed with settings that differ from the config.
         for name, (stored, computed) in self.differences().items() if self.loose else ():
             near = np.isclose(stored, computed, rtol=_ROUNDED, atol=0.0)
             if name in _TELLTALE and not near and not self.versions:

@@ -40,7 +40,7 @@ class SealedCompiler(Compiler):
     Numba keeps the functions that a kernel calls as weak symbols, of which a process uses the copy
     that it loaded first. After a compilation this is the copy compiled separately, after loading
     from the cache it comes from one of the kernels. The copies were optimised in different contexts
-    and differ in the last bits, so a first run gave other numbers than all later ones.
+    and differ in the last bits, so a first run gave different numbers from all later ones.
     """
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *others: Any) -> None:

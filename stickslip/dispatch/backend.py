@@ -30,7 +30,7 @@ def own_workers(jobs: int | None = None) -> Workers:
 
 
 def named_jobs() -> int | None:
-    """Return the `n_jobs` that `joblib.parallel_config` names."""
+    """Return the `n_jobs` set by `joblib.parallel_config`, if any."""
     jobs: int | None = get_active_backend()[1]
     return jobs
 

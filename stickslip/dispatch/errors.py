@@ -8,7 +8,7 @@ class ExecutorError(RuntimeError):
 
 
 class WorkerMismatchError(ExecutorError):
-    """A worker runs other sources than this process, so its numbers would differ."""
+    """The sources of a worker differ from those of this process, and so might its numbers."""
 
 
 class WorkersLostError(RuntimeError):

@@ -101,7 +101,7 @@ def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
 def _followed(
     lines: NDArray[np.float64], options: Options, states: NDArray[np.float64] | None = None
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield result rows and states, point after point of lines (lines, points, parameters).
+    """Yield result rows and states, point by point along lines (lines, points, parameters).
 
     The next points start from these states (lines, final columns). The first points start from the
     `states` given, by default from the config's start.

@@ -111,8 +111,8 @@ def energy_unit(p: Parameters, time: float) -> float:
 def make_units(p: Parameters, time: float, length: float, thickness: float, strain: float) -> Units:
     """Return all units for `p`, from these four; the unit of mass is M.
 
-    Stress times strain is an energy density (Eqs. 12, 13); the unit of temperature makes 2 alpha 1
-    (Eq. 15). The order parameter is never scaled, because laws may depend on it.
+    Stress times strain is an energy density (Eqs. 12, 13); the unit of temperature makes 2 alpha
+    equal to 1 (Eq. 15). The order parameter is never scaled, because laws may depend on it.
     """
     speed = length / time
     force = p.block_mass * speed / time

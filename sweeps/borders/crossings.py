@@ -37,7 +37,7 @@ class Axis:
     geometric: bool = False
 
     def middles(self, low: Floats, high: Floats) -> Floats:
-        """Return the middles between values, on the axis's own scale."""
+        """Return the midpoints between values, on the axis's own scale."""
         return np.asarray(np.sqrt(low * high) if self.geometric else low + 0.5 * (high - low))
 
     def parts(self, low: Floats, high: Floats) -> Floats:

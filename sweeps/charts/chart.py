@@ -107,7 +107,7 @@ def range_with_bands(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, fl
 def axis_limits(
     low: float, high: float, room: float = 1.0, *, log: bool = False
 ) -> tuple[float, float]:
-    """Return limits just below the lowest point, so that a curve at zero shows, and above the top.
+    """Return limits below the lowest point, so that a curve at zero shows, and above the highest.
 
     `room` is the height of the axis in units of the height that the curves need.
     """

@@ -31,8 +31,8 @@ _KEPT = ("title", "Conventions", "sample")
 def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Dataset:
     """Return the quantiles of all measured variables over the cases that have a result.
 
-    `cases_with_result` counts these cases; without any the quantiles are NaN. Raises ValueError for
-    a result without cases, and for levels outside [0, 1].
+    `cases_with_result` counts these cases; if there are none, the quantiles are NaN. Raises
+    ValueError for a result without cases, and for levels outside [0, 1].
     """
     if ds.sizes.get(CASE, 1) == 1:
         raise ValueError("quantiles are taken over the cases of a sample, and this result has none")

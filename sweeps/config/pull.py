@@ -23,8 +23,8 @@ _MOST_NODES = 20_000
 class Drive(Group):
     """A motion of the upper block: a constant velocity, or a velocity linear between nodes.
 
-    The velocity is constant before the first node and after the last. It jumps between two nodes at
-    the same time.
+    The velocity is constant before the first node and after the last. Two nodes at the same time
+    make it jump.
     """
 
     example: ClassVar[str] = "{velocity: 2e-6} or {table: FILE.csv}"

@@ -138,7 +138,7 @@ class Target:
 
 @dataclass(frozen=True)
 class ExistingPoints:
-    """Finished points, in the grid in which they were computed.
+    """Finished points, on the grid on which they were computed.
 
     `points` yields their numbers (n,) and result rows (n, columns), without interpolated points;
     `foreign` names the variables that a user added, `part` the part of the grid, if they are one,

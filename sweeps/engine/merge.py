@@ -111,7 +111,7 @@ def common_target(sources: list[ExistingPoints], first: Path) -> Target:
             lines = "\n  ".join(found.differences(target))
             raise RefusalError(f"{found.name} was computed otherwise than {first}:\n  {lines}")
         if found.config.resolved_yaml() != target.config.resolved_yaml():
-            raise RefusalError(f"{found.name} is the result of another config than {first}")
+            raise RefusalError(f"{found.name} is the result of a different config from {first}")
     return target
 
 

@@ -64,7 +64,7 @@ class Display:
         """Take the terminal."""
 
     def stop(self) -> None:
-        """Give the terminal back: the last state stays, the cursor shows again."""
+        """Give the terminal back: the last state stays on screen and the cursor reappears."""
 
 
 def display_of(scene: Scene, *, wanted: bool = True) -> Display:

@@ -61,7 +61,7 @@ def pairs(ds: xr.Dataset) -> Figure:
     ds = ds.squeeze()
     names = parameters_along(ds, CASE) if CASE in ds.dims and is_scattered(ds, CASE) else []
     if len(names) < 2:
-        raise ValueError("pairs need a sample, or cases in no order, of two parameters or more")
+        raise ValueError("pairs need a sample, or unordered cases, of at least two parameters")
     ds, middle = slice_in_the_middle(ds, [str(dim) for dim in ds.sizes if dim != CASE])
     count = len(names) - 1
     figure, grid = new_panels(count, count, (PAGE, PAGE), sharex="col", sharey="row")

@@ -165,7 +165,7 @@ def refuse_odd_output(output: Path) -> None:
         if output.is_dir():
             raise StorageError(f"{output} is a folder; -o names a file")
         if output.exists() and not output.is_file():  # a device or a pipe would be replaced
-            raise StorageError(f"{output} is not an ordinary file; -o names one")
+            raise StorageError(f"{output} is not an ordinary file; -o must name one")
         above = next(folder for folder in output.absolute().parents if folder.exists())
         if not above.is_dir():
             named = next(f for f in output.parents if f.absolute() == above)

@@ -149,7 +149,7 @@ def command_line() -> str:
 
 
 def foreign_attributes(name: str, attributes: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what is wrong with a variable's attributes in a file and would mislead a reader.
+    """Yield each fault in the attributes of a variable that would mislead a reader.
 
     Missing attributes are allowed: a Dataset made from a result may have lost them. So are unknown
     flags: a later version may have added them.

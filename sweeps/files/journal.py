@@ -214,7 +214,7 @@ class Journal:
     # --- records ---
 
     def _write(self, indices: Indices, rows: Rows) -> None:
-        """Append the records of points; the rest of a failed write is cut off."""
+        """Append the records of points; whatever a failed write leaves behind is cut off."""
         for first in range(0, len(indices), _AT_ONCE):
             part = slice(first, first + _AT_ONCE)
             records = np.empty((len(indices[part]), _WORDS), np.uint64)

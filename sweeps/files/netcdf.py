@@ -46,7 +46,7 @@ def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
     """Return the Dataset in a file, loaded if `whole`, else read when accessed.
 
     Raises StorageError if the file is not readable NetCDF, or if an attribute would make a reader
-    see other values than were written.
+    see values that were not written.
     """
     require_readable(path)
     with readable(path):

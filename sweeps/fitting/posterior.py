@@ -108,7 +108,7 @@ class _Target:
 def posterior_of(
     search: Search, fit: Fit, known: Statistics, priors: Mapping[str, Distribution]
 ) -> Posterior:
-    """Return draws of the free parameters by probability, from all basins seen in a search.
+    """Return draws of the free parameters, as often as probable, from all basins seen in a search.
 
     Raises PosteriorError if the fit is exact, so that errors are unknown, or if too many trials
     lack a value.
@@ -118,7 +118,7 @@ def posterior_of(
 
     if search.is_exact(fit) or not fit.scale > 0.0:
         raise PosteriorError(
-            "the fit meets the data exactly: without errors there are no probabilities"
+            "the fit matches the data exactly: without errors there are no probabilities"
         )
     rng = np.random.default_rng(_SEED)
     count = max(WALKERS, 8 * len(search.model.free))

@@ -49,8 +49,8 @@ execution: {block_points: 1}
 
 NO_OUTPUTS = {
     "folder": (5, "folder is a folder; -o names a file"),
-    "pipe": (5, "pipe is not an ordinary file; -o names one"),
-    "full": (5, "full is not an ordinary file; -o names one"),
+    "pipe": (5, "pipe is not an ordinary file; -o must name one"),
+    "full": (5, "full is not an ordinary file; -o must name one"),
     "loop": (5, "cannot write loop: (.*[Ll]oop|Too many levels)"),
     "nowhere": (
         5,

@@ -154,10 +154,11 @@ def limit_spirals(memory: Any) -> None:
 def keep_clear(memory: Any, centre: float, stiffness: float, gain: float, least: float) -> None:
     """Allow jumps to the middle of a spiral only if a slow process cannot act on the way there.
 
-    A sequence turns round the middle many times during its approach, and the process may act at any
-    angle, near the state (centre, 0). In distances sqrt(v^2 + stiffness x^2), a limit is out of its
-    reach if it is farther from this state than `gain` times the way to the limit plus `least`;
-    jumps to such a limit are free. With an infinite gain no limit is known to be out of reach.
+    A sequence winds around the middle many times as it approaches, and the process may act at any
+    angle near the state (centre, 0). With distances measured as sqrt(v^2 + stiffness x^2), the
+    process cannot reach a limit that is farther from this state than `gain` times the length of
+    the jump plus `least`; jumps to such a limit are allowed. With an infinite gain no limit is
+    known to be out of reach.
     """
     memory.centre, memory.stiffness, memory.gain, memory.least = centre, stiffness, gain, least
     memory.inwards = 0.0
@@ -195,9 +196,9 @@ def _remember(memory: Any, z: Vector) -> None:
 
 @inline
 def _doubtful(memory: Any, cycle: int) -> bool:
-    """Return whether jumps may have led to another orbit than plain iteration.
+    """Return whether jumps may have reached a different orbit from plain iteration.
 
-    The orbit must be of the kind at which the jumps aimed, and attract: a jump towards a symmetric
+    The orbit must be of the kind the jumps aimed at, and attracting: a jump towards a symmetric
     orbit can land on an unstable one, while the plain sequence ends on an asymmetric orbit.
     """
     attracting = abs(memory.ratios[cycle - 1]) < 1.0 or known_to_contract(memory)
