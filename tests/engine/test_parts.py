@@ -207,8 +207,8 @@ def test_overlaps_must_be_equal(
     ("change", "message"),
     [
         ({"integrator": {"rtol": 1e-5}}, "integrator.rtol: 0.0001 -> 1e-05|1e-05 -> 0.0001"),
-        ({"model": {"K": 2000}}, "another config"),
-        ({"title": "Another"}, "another config"),
+        ({"model": {"K": 2000}}, "a different config"),
+        ({"title": "Another"}, "a different config"),
     ],
 )
 def test_results_of_other_configs_are_refused(

@@ -87,5 +87,5 @@ def test_pairs_show_the_kinds_over_each_pair_of_parameters():
     assert [axes.get_xlabel() for axes in panels(figure)] == ["", "$T$ (K)", "$K$ (N/m)"]
     assert [axes.get_ylabel() for axes in panels(figure)] == ["$K$ (N/m)", "$M$ (kg)", ""]
     np.testing.assert_allclose(points(panels(figure)[1]), [ds.temperature, ds.block_mass])
-    with pytest.raises(ValueError, match="of two parameters or more"):
+    with pytest.raises(ValueError, match="of at least two parameters"):
         draw(described(random_cases(temperature=(150.0, 320.0))), "pairs")
