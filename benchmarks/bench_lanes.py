@@ -1,7 +1,7 @@
 """A step in lanes, of either method, beside what takes one trajectory at a time.
 
 Of the adaptive method an attempted step in a search for orbits, and a drive period of one point by
-the scalar drive and in one of the lanes; of Euler-Cromer a step in a loop that is written down
+the scalar integrator and in one of the lanes; of Euler-Cromer a step in a loop that is written down
 plainly, and in lanes. And of both the part of the peak of the processor that they reach.
 """
 

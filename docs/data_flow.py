@@ -53,7 +53,7 @@ STAGES = (
         ("a row of results per point,", "appended with a checksum"),
         (
             ("sweeps/files/journal.py", "the rows of a chunk, verified"),
-            ("sweeps/files/result_chunks.py", "written by chunks, read back, sealed"),
+            ("sweeps/files/sweep_file.py", "written by chunks, read back, sealed"),
             ("sweeps/files/attributes.py", "units, meanings, provenance"),
         ),
     ),

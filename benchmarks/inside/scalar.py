@@ -44,14 +44,14 @@ def starting_state(row: np.ndarray) -> State:
 
 
 def scalar_end(row: np.ndarray, options: Options, periods: int) -> tuple[float, int]:
-    """Return the displacement x [m] after some periods by a scalar drive, and the status."""
+    """Return the displacement x [m] after some periods by a scalar integrator, and the status."""
     samples, start = np.empty((periods + 1, WIDTH)), np.array(starting_state(row))
     status = write_trajectory(row, options, start, 1, samples)
     return float(samples[-1, 0]), int(status)
 
 
 def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float) -> np.ndarray:
-    """Return the states (x, v, ln phi) after each period by the scalar drive, (periods, 3)."""
+    """Return the states (x, v, ln phi) after each period by the scalar integrator, (periods, 3)."""
     samples = np.empty((periods + 1, WIDTH))
     assert write_trajectory(row, Options(rtol=rtol, max_steps=10**9), state, 1, samples) == 0
     samples[:, 2] = np.log(samples[:, 2])
@@ -76,7 +76,7 @@ def _look(
 
 @cache
 def _observed_period() -> Any:
-    """Return a function of (row, rtol, state, record): a period by the scalar drive, with looks."""
+    """Return a function of (row, rtol, state, record): a period of this integrator, with looks."""
     functions = problem_functions(PHYSICS)
     drive_on = make_adaptive(
         functions.rhs, functions.jacobian, functions.error_weight, _look, RODAS4P2, algebra(WIDTH),
@@ -103,7 +103,7 @@ def scalar_amplitudes(row: np.ndarray, state: np.ndarray, rtol: float) -> tuple[
 
 
 def generic_drive(rhs: Any, jacobian: Any, sizes: tuple[float, ...]) -> Any:
-    """Return the adaptive drive of y' = rhs(p, t, y), with errors against |y| or these sizes.
+    """Return the adaptive integrator of y' = rhs(p, t, y), with errors against |y| or these sizes.
 
     As of `numerics.adaptive.make_adaptive`, compiled.
     """

@@ -17,7 +17,7 @@ from stickslip.parameters import Parameters
 _INDICES = (-0.8, -2 / 3, -0.5)
 _NEARNESS = 0.3  # of 2K / M omega^2 to 1
 _EXACT, _RESOLVED = 1e-11, 1e-9
-_PERIODS = 4  # by the scalar drive, from the orbit of the lanes
+_PERIODS = 4  # by the scalar integrator, from the orbit of the lanes
 _BALANCED = 1e-5
 
 
@@ -69,7 +69,7 @@ def _near_resonance(rng: np.random.Generator, _: int) -> Parameters:
 
 
 def _exact(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return amplitudes (n, 2) by the scalar drive at 1e-11, and which points have settled."""
+    """Return amplitudes (n, 2) by the scalar integrator at 1e-11, and which points have settled."""
     found, exact = orbits(points, max_error=1.0, **at(_EXACT)), np.empty((len(points), 2))
     for i in np.flatnonzero(found.ok):
         states = scalar_states(points[i], found.finals[i, :3], _PERIODS, _EXACT)

@@ -1,4 +1,4 @@
-"""500 random points against plain iteration by the scalar drive at 1e-10, stored in the tests."""
+"""500 random points against plain iteration by the scalar integrator at 1e-10, from the tests."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Films that hardly lose a memory of their start: verdicts, and the errors of means.
 
 Weakly viscous films go round in cycles of many drive periods, or wander without end. What is called
-aperiodic is compared with a plain iteration by the scalar drive from rest, long cycles are shown to
-close there too, and stated errors of means to cover the true mean.
+aperiodic is compared with a plain iteration by the scalar integrator from rest, long cycles are
+shown to close there too, and stated errors of means to cover the true mean.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _plain(wandering: Orbits, periods: int) -> dict[str, Any]:
 
 
 def _single_periods(row: np.ndarray, periods: int) -> np.ndarray:
-    """Return amplitudes (periods, 2) of single periods by the scalar drive, after some."""
+    """Return amplitudes (periods, 2) of single periods by the scalar integrator, after some."""
     start = np.array(starting_state(row))
     states = scalar_states(row, start, _SETTLING + periods, _RTOL)[_SETTLING:]
     return np.array([scalar_amplitudes(row, state, _RTOL) for state in states])

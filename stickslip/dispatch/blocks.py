@@ -60,7 +60,7 @@ class Blocks:
     def __iter__(self) -> Iterator[Indices]:
         dealt, waiting = _dealt(self._taken), np.empty(0, dtype=np.int64)
         while self.left:
-            wanted = min(self._next(), self.left)
+            wanted = min(self._next_size(), self.left)
             while len(waiting) < wanted:
                 waiting = np.concatenate([waiting, next(dealt)])
             block, waiting = np.sort(waiting[:wanted]), waiting[wanted:]
@@ -73,7 +73,7 @@ class Blocks:
         cost, known = seconds / points, self._seconds_per_point
         self._seconds_per_point = cost if known is None else 0.5 * (known + cost)
 
-    def _next(self) -> int:
+    def _next_size(self) -> int:
         if self._fixed is not None:
             return self._fixed
         cost = self._seconds_per_point

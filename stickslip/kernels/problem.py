@@ -73,7 +73,7 @@ class ProblemFunctions(NamedTuple):
 
 @cache
 def problem_functions(physics: Physics) -> ProblemFunctions:
-    """Return the functions with which a drive integrates these physics."""
+    """Return the functions with which an integrator solves these physics."""
     model = model_of(physics)
     bound, weight = model.equations, model.equations.error_weight
     model_rhs, model_jacobian, limits = bound.rhs, bound.jacobian, bound.step_limits
@@ -101,7 +101,7 @@ def problem_functions(physics: Physics) -> ProblemFunctions:
 
 
 def make_travel(functions: ProblemFunctions, observe: Callable[..., None], **disturb: Any) -> Any:
-    """Return the scalar drive of the adaptive method; arguments as in `make_adaptive`."""
+    """Return the scalar integrator of the adaptive method; arguments as in `make_adaptive`."""
     return make_adaptive(
         functions.rhs,
         functions.jacobian,

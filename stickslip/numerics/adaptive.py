@@ -1,4 +1,4 @@
-"""The adaptive drive: error-controlled steps of a Rosenbrock method from one time to another."""
+"""The adaptive integrator: error-controlled steps of a Rosenbrock method between two times."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stickslip.numerics.rosenbrock import make_defect_error, make_step
 from stickslip.numerics.tableaus import RosenbrockTableau
 from stickslip.status import Status
 
-# Outcomes of a drive, as plain integers for compiled code.
+# Outcomes of an integration, as plain integers for compiled code.
 OK, STEP_LIMIT, DIVERGED = int(Status.OK), int(Status.STEP_LIMIT), int(Status.DIVERGED)
 
 
@@ -37,7 +37,7 @@ def make_adaptive(
     disturb: Callable[..., tuple[Vector, Vector, float]] = _undisturbed,
     limits: Callable[..., tuple[float, float]] = step_control.unlimited,
 ) -> Any:
-    """Return the adaptive drive of y' = rhs(p, t, y).
+    """Return the adaptive integrator of y' = rhs(p, t, y).
 
     `error_weight(p, y, y1, J)` returns the weights of the errors of the components in a step from y
     to y1. `observe(p, t, h, y0, y1, d1, d2, record)` is called after every accepted step. After it,
@@ -46,9 +46,9 @@ def make_adaptive(
     allowed part of a step, less than 1 if the step would miss something, and the longest step after
     it; f0 and f1 are the rates at the ends.
 
-    The drive maps (p, rtol, t0, t1, y, h, budget, record) to (y, h, steps, status): the state at
-    t1, the next step, the number of attempted steps, and OK, STEP_LIMIT or DIVERGED (not finite, or
-    a step that underflows). Local errors are of order rtol; the method is of order 4(3).
+    The integrator maps (p, rtol, t0, t1, y, h, budget, record) to (y, h, steps, status): the state
+    at t1, the next step, the number of attempted steps, and OK, STEP_LIMIT or DIVERGED (not finite,
+    or a step that underflows). Local errors are of order rtol; the method is of order 4(3).
     """
     step, defect_error = make_step(rhs, tableau, algebra), make_defect_error(algebra)
     largest, finite = algebra.largest, algebra.finite

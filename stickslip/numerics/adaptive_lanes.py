@@ -1,9 +1,9 @@
-"""The adaptive drive in lanes: many trajectories side by side, each with its own time and step.
+"""The adaptive integrator in lanes: trajectories side by side, each with its own time and step.
 
 The lanes share one flat array, which has LANES numbers for each slot. `attempt` tries one step in
 every lane: a lane advances if its step is accepted; otherwise it keeps its state and tries a
-shorter step next. The arithmetic is the same as in the scalar drive (`adaptive.py`), with choices
-in place of branches.
+shorter step next. The arithmetic is the same as in the scalar integrator (`adaptive.py`), with
+choices in place of branches.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def make_attempt(
         y1, error, d1, d2, LU = step(p, t, y, used, f, J)
         weight = error_weight(p, y, y1, J)
         # The defect reveals what the embedded error misses, a cusp inside the step. The scalar
-        # drive computes it only if the embedded error passes; here the cost is the same in both
+        # integrator computes it only if the embedded error passes; here it costs the same in both
         # cases.
         f1 = rhs(p, t + used, y1)
         embedded = largest(error, weight)

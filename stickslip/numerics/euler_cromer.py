@@ -1,4 +1,4 @@
-"""The fixed-step drive: Euler-Cromer for a position, its velocity and a third variable."""
+"""The fixed-step integrator: Euler-Cromer for a position, its velocity and a third variable."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def make_euler_cromer(
     observe: Callable[..., None],
     draw: Callable[..., float] = _no_draw,
 ) -> Any:
-    """Return the Euler-Cromer drive of the state (x, v, w), as in the paper.
+    """Return the Euler-Cromer integrator of the state (x, v, w), as in the paper.
 
     `increments(p, t, dt, y, xi)` returns the increments of v and w in a step from the old state; x
     then moves with the *new* v, and w is reflected at 0. `observe(p, t, dt, y0, y1, record)` is
     called after every step; `draw(record)` returns the random number xi of the next step.
 
-    The drive maps (p, t0, t1, steps, y, budget, record) to (y, done, status) in `steps` equal
+    The integrator maps (p, t0, t1, steps, y, budget, record) to (y, done, status) in `steps` equal
     steps. It ends with OK, STEP_LIMIT, or DIVERGED, within 4096 steps after the state stopped being
     finite. The method is of order 1, and stable only for steps below 2/(fastest rate), which is not
     checked here.

@@ -1,4 +1,4 @@
-"""The fixed-step drive in lanes: Euler-Cromer for many trajectories side by side.
+"""The fixed-step integrator in lanes: Euler-Cromer for many trajectories side by side.
 
 The unit of time is the step of the lane, so that no step length appears. All lanes advance
 together, one step at a time; an idle lane computes a useless step at no extra cost. The numbers of
@@ -98,7 +98,7 @@ def make_euler_cromer_lanes(
     slots: int,
     chance: Chance = NO_RANDOM_NUMBERS,
 ) -> Any:
-    """Return the Euler-Cromer drive of many systems of one kind.
+    """Return the Euler-Cromer integrator of many systems of one kind.
 
     `parameters(lanes, lane)` reads the slots of a lane from `first_free` to `slots`.
     `increments(p, V, y, xi)` returns the increments of v and w in a step from the state y =
@@ -108,7 +108,7 @@ def make_euler_cromer_lanes(
     its part of the drive at step n and its change since step n - 1. With `chance` the tasks and the
     budget are multiples of its group.
 
-    The drive maps (tasks, queue, budget) to the unused steps of the budget. It integrates the
+    The integrator maps (tasks, queue, budget) to the unused steps of the budget. It integrates the
     PENDING rows in `queue`, for no more than `budget` steps of all lanes together, and stores in
     `tasks` what it needs to continue. Results do not depend on where a budget ends. A state that is
     not finite is detected within 4096 steps. The method is of order 1, and stable only for steps

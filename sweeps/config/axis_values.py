@@ -10,9 +10,9 @@ from typing import Annotated, ClassVar
 from annotated_types import Len
 from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter
 
-from sweeps.config.diagnostics import quoted
 from sweeps.config.group import Group
 from sweeps.config.numbers import Finite
+from sweeps.config.written_config import quoted
 from sweeps.human import did_you_mean
 
 # Far more than any sweep of this model needs, far less than would fill the memory.

@@ -29,10 +29,10 @@ from stickslip.variables import (
     canonical_name,
     unbounded,
 )
-from sweeps.config.diagnostics import PARAMETER_SECTIONS, Document, Path, path_text, quoted
 from sweeps.config.numbers import whole
 from sweeps.config.sample import Sample
 from sweeps.config.schema import Config
+from sweeps.config.written_config import PARAMETER_SECTIONS, Document, Path, path_text, quoted
 from sweeps.human import counted, did_you_mean
 
 MAX_POINTS = 1_000_000_000

@@ -17,8 +17,8 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from sweeps.config.diagnostics import UNREADABLE, Document, Path, quoted
 from sweeps.config.numbers import number, whole
+from sweeps.config.written_config import UNREADABLE, Document, Path, quoted
 from sweeps.human import did_you_mean
 
 # Pydantic's words and the words that replace them.

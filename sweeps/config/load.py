@@ -11,12 +11,12 @@ from typing import Any, TypeAlias
 
 from stickslip.options import default_window
 from sweeps.config.checks import judged
-from sweeps.config.diagnostics import ConfigError, Document, Problem, document_of, quoted
 from sweeps.config.group import sound_parts
 from sweeps.config.overrides import apply_overrides
 from sweeps.config.pull import read_table
 from sweeps.config.sample import read_fit
 from sweeps.config.schema import KEYS, Config
+from sweeps.config.written_config import ConfigError, Document, Problem, document_of, quoted
 from sweeps.config.yaml_reader import read_file, read_text
 from sweeps.paths import path_of
 

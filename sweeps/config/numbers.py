@@ -16,7 +16,7 @@ from stickslip.variables import (
     canonical_name,
     canonical_result,
 )
-from sweeps.config.diagnostics import quoted
+from sweeps.config.written_config import quoted
 from sweeps.human import did_you_mean
 
 # More digits are beyond a float, and would make int() and the division slow.

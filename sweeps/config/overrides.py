@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import Any, Self
 
 from stickslip.variables import canonical_name
-from sweeps.config.diagnostics import MAX_DEPTH, Document, quoted
+from sweeps.config.written_config import MAX_DEPTH, Document, quoted
 from sweeps.config.yaml_reader import read_text
 from sweeps.human import shortened
 

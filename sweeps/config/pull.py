@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from stickslip.course import COLUMNS, PullError, course_of
-from sweeps.config.diagnostics import Document
 from sweeps.config.group import Group
 from sweeps.config.numbers import Finite, Text, finite
+from sweeps.config.written_config import Document
 from sweeps.exits import ExpectedError
 from sweeps.input_files import DataError, number_in, table_of
 from sweeps.paths import expanded

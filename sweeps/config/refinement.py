@@ -8,9 +8,9 @@ from annotated_types import Len
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 
 from stickslip.variables import canonical_name
-from sweeps.config.diagnostics import quoted
 from sweeps.config.group import Group
 from sweeps.config.numbers import Text, finite
+from sweeps.config.written_config import quoted
 
 _MOST_LEVELS = 6
 _MOST_AXES = 3  # with more axes, corners of cells cost more points than refinement saves

@@ -24,9 +24,9 @@ from stickslip.distributions import (
     of_parameter,
 )
 from sweeps.config.axis_values import Count, Pair
-from sweeps.config.diagnostics import UNREADABLE, Document, quoted
 from sweeps.config.group import Group
 from sweeps.config.numbers import Text, full_name
+from sweeps.config.written_config import UNREADABLE, Document, quoted
 from sweeps.fitted import Fitted, fitted_parameters
 from sweeps.paths import expanded
 

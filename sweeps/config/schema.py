@@ -38,12 +38,12 @@ from stickslip.options import (
 from stickslip.parameters import Parameters
 from stickslip.variables import BY_SYMBOL, OBSERVABLES, PARAMETERS, canonical_name
 from sweeps.config.axis_values import Axis
-from sweeps.config.diagnostics import PARAMETER_SECTIONS, quoted
 from sweeps.config.group import Group
 from sweeps.config.numbers import ParameterName, ResultName, Text, finite
 from sweeps.config.pull import Drive
 from sweeps.config.refinement import AxisName, Refine
 from sweeps.config.sample import Sample
+from sweeps.config.written_config import PARAMETER_SECTIONS, quoted
 from sweeps.config.yaml_writer import block_yaml
 from sweeps.executor_table import EXECUTORS
 from sweeps.figure_table import FIGURES

@@ -16,7 +16,7 @@ from ruamel.yaml import YAML, events
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.reader import ReaderError
 
-from sweeps.config.diagnostics import MAX_DEPTH, UNREADABLE, Document, Path
+from sweeps.config.written_config import MAX_DEPTH, UNREADABLE, Document, Path
 from sweeps.human import reason
 from sweeps.input_files import NotTextError, text_of
 

@@ -27,7 +27,8 @@ from sweeps.files.journal import Journal
 from sweeps.files.netcdf import DAMAGE
 from sweeps.files.outputs import WAYS_OUT
 from sweeps.files.outputs import RefusalError as RefusalError  # its released name is here
-from sweeps.files.result_chunks import (
+from sweeps.files.result_rows import STATUS, Chunks, Rows
+from sweeps.files.sweep_file import (
     Digests,
     columns_in,
     coordinates_in,
@@ -36,7 +37,6 @@ from sweeps.files.result_chunks import (
     read_rows,
     whole_chunks,
 )
-from sweeps.files.result_rows import STATUS, Chunks, Rows
 from sweeps.grid import CASE, DIRECTION, Grid
 from sweeps.human import counted
 from sweeps.identity import PointKeys, Settings, differences, near_duplicates, settings_of

@@ -24,9 +24,9 @@ from sweeps.exits import StorageError
 from sweeps.files.atomic import fingerprint, storage_errors
 from sweeps.files.journal import Journal
 from sweeps.files.outputs import WAYS_OUT, Outputs
-from sweeps.files.result_chunks import contents
 from sweeps.files.result_rows import Rows
 from sweeps.files.run_folder import RunFolder
+from sweeps.files.sweep_file import contents
 
 Indices = NDArray[np.int64]
 

@@ -23,7 +23,7 @@ from sweeps.engine.refine import refinement_of
 from sweeps.engine.resume import intention
 from sweeps.engine.settings import options_of
 from sweeps.files.journal import BYTES_PER_POINT
-from sweeps.files.result_chunks import RESULT_BYTES_PER_POINT
+from sweeps.files.sweep_file import RESULT_BYTES_PER_POINT
 from sweeps.grid import Grid
 
 _FEW = 16  # points per block of the first pilot

@@ -32,9 +32,9 @@ from sweeps.exits import StorageError
 from sweeps.files.atomic import fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_manifest
-from sweeps.files.result_chunks import RESULT_BYTES, RESULT_BYTES_PER_POINT, Written, contents
 from sweeps.files.result_rows import Chunks, failures, tally
 from sweeps.files.run_folder import RunFolder
+from sweeps.files.sweep_file import RESULT_BYTES, RESULT_BYTES_PER_POINT, Written, contents
 from sweeps.grid import Grid
 from sweeps.human import counted, reason, size_text
 

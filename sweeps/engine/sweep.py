@@ -33,9 +33,9 @@ from sweeps.exits import Exit, ExpectedError, StorageError
 from sweeps.files.atomic import fingerprint, refuse_odd_output
 from sweeps.files.attributes import breaks_of, global_attributes
 from sweeps.files.journal import DamagedRecordError, Journal, readable_manifest
-from sweeps.files.result_chunks import Written, try_writing, write_result
 from sweeps.files.result_rows import STATUS, failures, status_counts
 from sweeps.files.run_folder import RunFolder
+from sweeps.files.sweep_file import Written, try_writing, write_result
 from sweeps.human import counted, reason
 
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from sweeps.exits import ExpectedError, StorageError
 from sweeps.files.attributes import foreign_attributes
-from sweeps.files.result_chunks import open_file, whole_chunks
 from sweeps.files.run_folder import RunFolder
+from sweeps.files.sweep_file import open_file, whole_chunks
 from sweeps.watch import require_readable
 
 if TYPE_CHECKING:

@@ -27,8 +27,8 @@ from sweeps.engine.sweep import JournaledResult, Outcome, Recorder, sweep
 from sweeps.exits import StorageError
 from sweeps.files.journal import DamagedRecordError, Journal
 from sweeps.files.netcdf import content_hash, open_result
-from sweeps.files.result_chunks import Written
 from sweeps.files.run_folder import InUseError, RunFolder
+from sweeps.files.sweep_file import Written
 from sweeps.grid import Grid
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}

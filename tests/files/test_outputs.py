@@ -110,7 +110,7 @@ FULL = {
     "before the trial": Mishap("netCDF4", "Dataset", 1, of="'w'", kills=False),
     "before the first block": Mishap("os", "pwrite", 1, kills=False),
     "before the result": Mishap("netCDF4", "Dataset", 2, of="'w'", kills=False),
-    "while the result is filled": Mishap("sweeps.files.result_chunks:Digests", "add", kills=False),
+    "while the result is filled": Mishap("sweeps.files.sweep_file:Digests", "add", kills=False),
 }
 
 

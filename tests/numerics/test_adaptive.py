@@ -1,4 +1,4 @@
-"""The adaptive drive: tolerance and error, effort, budgets, failures, and honesty at a cusp."""
+"""The adaptive integrator: tolerance and error, effort, budgets, failures; honesty at a cusp."""
 
 import math
 from typing import Any

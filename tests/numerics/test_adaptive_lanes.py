@@ -1,4 +1,4 @@
-"""The drive in lanes takes the same steps as the scalar drive, independently in each lane."""
+"""The drive in lanes takes the same steps as the scalar integrator, independently in each lane."""
 
 from __future__ import annotations
 

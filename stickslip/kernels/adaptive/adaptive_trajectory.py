@@ -1,4 +1,4 @@
-"""Trajectories of the adaptive method, one at a time, by the scalar drive."""
+"""Trajectories of the adaptive method, one at a time, by the scalar integrator."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _make_stochastic_period(functions: ProblemFunctions) -> Any:
 
 
 def _make_disturb(functions: ProblemFunctions) -> Any:
-    """Return the function that adds random noise at the end of a step of the adaptive drive."""
+    """Return the function that adds random noise at the end of a step of the integrator."""
     from stickslip.kernels.adaptive.kicks import after_kick  # only stochastic films need it
     from stickslip.model.chance import make_deviation
 

@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.kernels.adaptive import tangents
 from stickslip.kernels.adaptive.adaptive_trajectory import adaptive_trajectory
 from stickslip.kernels.adaptive.march import AdaptiveMarch, AdaptiveWalk, StochasticWalk
+from stickslip.kernels.adaptive.mirror_images import symmetric
 from stickslip.kernels.adaptive.passes import (
     MEASURE,
     TRAVEL,
@@ -217,7 +218,7 @@ def _measure(
     return Orbits(
         begins,
         coarse.measured,
-        tangents.symmetric(motions, begins, settings.stationary_rtol, finer, physics),
+        symmetric(motions, begins, settings.stationary_rtol, finer, physics),
         _spreads(points, motions, begins, options),
         near.multipliers,
         near.slopes,

@@ -29,9 +29,6 @@ _MAX_STEPS = 20_000_000
 _SHORT = 2
 _TIGHT = (1e-8, 1e-10)
 
-# A symmetric orbit comes at least this close to its mirror image.
-_MIRROR_IMAGE = 1e-4
-
 Components = tuple[Component, ...]
 
 
@@ -126,26 +123,6 @@ def _linear_maps(motions: Motions, components: Components) -> tuple[np.ndarray, 
     failed = motions.counts[:, OUTCOME] != OK
     maps[failed], slopes[failed] = np.nan, np.nan
     return maps, slopes
-
-
-def symmetric(
-    motions: Motions, begins: np.ndarray, stationary_rtol: float, rtol: float, physics: Physics
-) -> np.ndarray:
-    """Return which settled orbits (n,) equal their mirror images half a drive period later.
-
-    `motions` hold their cycles, and `begins` (n, width + 1) are states on them.
-    """
-    cycles = motions.counts[:, CYCLE]
-    rows = np.flatnonzero((motions.counts[:, OUTCOME] == OK) & (cycles == 2))
-    images = travelled(
-        motions.points[rows], begins[rows], np.ones(len(rows), np.int64), rtol, physics
-    )
-    components = model_of(physics).components
-    apart = weighted(images - floored(begins[rows], components), components)
-    moved = np.abs(apart).max(axis=1, initial=0.0)
-    found = cycles == 1
-    found[rows] = moved <= max(_MIRROR_IMAGE, 10.0 * stationary_rtol)
-    return np.asarray(found)
 
 
 class Tangents:

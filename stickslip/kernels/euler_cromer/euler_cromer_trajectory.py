@@ -1,4 +1,4 @@
-"""Trajectories of Euler-Cromer, one at a time, by the scalar drive."""
+"""Trajectories of Euler-Cromer, one at a time, by the scalar integrator."""
 
 from __future__ import annotations
 

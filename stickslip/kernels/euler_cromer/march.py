@@ -2,7 +2,7 @@
 
 A point marches in its own units (step_units.py), and its row of numbers keeps them from the first
 period to the last. A kernel works for a given number of steps. Its arrays then hold everything that
-it needs to continue. The results equal those of the scalar drive up to rounding.
+it needs to continue. The results equal those of the scalar integrator up to rounding.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from stickslip.compiled.decorators import kernel
 from stickslip.kernels.adaptive import driver as adaptive
 from stickslip.kernels.adaptive import tangents
 from stickslip.kernels.adaptive.march import AdaptiveMarch
+from stickslip.kernels.adaptive.mirror_images import symmetric
 from stickslip.kernels.adaptive.passes import VARY, work_through
 from stickslip.kernels.families import FamilyKernel
 from stickslip.kernels.orbits.conversion import conversion_of
@@ -160,7 +161,7 @@ def settle_from(
     return Known(
         records,
         records[:, list(INTEGRALS)] / whole[:, None],
-        tangents.symmetric(motions, begins, options.stationary_rtol, _RTOL, physics),
+        symmetric(motions, begins, options.stationary_rtol, _RTOL, physics),
         tangents.neighbours_of(motions, begins, _RTOL, physics).multipliers,
     )
 

@@ -5,8 +5,8 @@ phase 0, followed by a change of signs, is then a map of the state space into it
 orbit is a fixed point of this half-period map; an orbit that closes after n periods is a cycle of
 up to 2n applications. For a method that maps a whole period at a time, an application is a period.
 
-The memory of a search is a single record, so that each of many lanes has its own. A drive calls
-`judge` with the scaled state after each application, and carries out the verdict.
+The memory of a search is a single record, so that each of many lanes has its own. An integrator
+calls `judge` with the scaled state after each application, and carries out the verdict.
 """
 
 from __future__ import annotations

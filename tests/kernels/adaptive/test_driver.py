@@ -1,4 +1,4 @@
-"""Orbits in lanes agree with the scalar drive, whatever the neighbours and the budgets."""
+"""Orbits in lanes agree with the scalar integrator, whatever the neighbours and the budgets."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def random_points(
     return np.array(points)
 
 
-# --- the scalar drive -----------------------------------------------------------------------------
+# --- the scalar integrator ------------------------------------------------------------------------
 
 
 def test_trajectories_in_lanes_end_where_the_scalar_drive_ends() -> None:

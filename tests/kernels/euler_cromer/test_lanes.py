@@ -1,4 +1,4 @@
-"""Euler-Cromer gives the same numbers in lanes, alone or with others, as by the scalar drive."""
+"""Euler-Cromer in lanes, alone or with others, gives the numbers of the scalar integrator."""
 
 from __future__ import annotations
 

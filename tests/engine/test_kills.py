@@ -150,10 +150,10 @@ PLACES = {
     "after the first block": Mishap(*FIRST, "after"),
     "within the last block": Mishap("os", "pwrite", 1, "half", within=LAST),
     "before the result file": Mishap("netCDF4", "Dataset", 2, of="'w'"),
-    "before the result is filled": Mishap("sweeps.files.result_chunks", "_fill"),
-    "while the result is filled": Mishap("sweeps.files.result_chunks", "result_values", 6),
-    "after the result is filled": Mishap("sweeps.files.result_chunks", "_fill", 1, "after"),
-    "before the result is read back": Mishap("sweeps.files.result_chunks", "digests_of"),
+    "before the result is filled": Mishap("sweeps.files.sweep_file", "_fill"),
+    "while the result is filled": Mishap("sweeps.files.sweep_file", "result_values", 6),
+    "after the result is filled": Mishap("sweeps.files.sweep_file", "_fill", 1, "after"),
+    "before the result is read back": Mishap("sweeps.files.sweep_file", "digests_of"),
     "before the result is flushed": Mishap("sweeps.files.atomic", "flush", of="result.nc"),
     "after the result is flushed": Mishap(
         "sweeps.files.atomic", "flush", 1, "after", of="result.nc"

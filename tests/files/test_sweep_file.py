@@ -19,11 +19,11 @@ from sweeps.config.load import Config, from_mapping
 from sweeps.engine.existing import found_in_file
 from sweeps.engine.run import compute, run
 from sweeps.exits import StorageError
-from sweeps.files import result_chunks
+from sweeps.files import sweep_file
 from sweeps.files.attributes import global_attributes
 from sweeps.files.netcdf import content_hash, open_result
-from sweeps.files.result_chunks import Written, contents, read_rows, try_writing, write_result
 from sweeps.files.result_rows import STATUS, Chunks, status_counts
+from sweeps.files.sweep_file import Written, contents, read_rows, try_writing, write_result
 from sweeps.grid import Grid
 from sweeps.identity import settings_of
 
@@ -115,7 +115,7 @@ def test_rows_come_back_from_the_file(tmp_path: Path, config: dict[str, Any], mo
     rows[2::5] = np.nan  # not computed
     written = write(settings, rows, tmp_path / "a.nc", most)
     with netCDF4.Dataset(tmp_path / "a.nc") as file:
-        result_chunks.whole_chunks(file)
+        sweep_file.whole_chunks(file)
         found = np.concatenate([read_rows(file, chunks, number) for number in range(len(chunks))])
         if grid.dims:
             assert file["status"].chunking() == list(chunks.extent)
@@ -170,7 +170,7 @@ def refused(path: Path, **changes: Any) -> str:
 def test_a_file_that_does_not_read_back_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, place: int
 ) -> None:
-    read = result_chunks.digests_of
+    read = sweep_file.digests_of
 
     def damaged(path: Path, chunks: Chunks) -> list[str]:
         with netCDF4.Dataset(path, "a") as file:
@@ -181,7 +181,7 @@ def test_a_file_that_does_not_read_back_is_not_kept(
             variable[...] = values
         return read(path, chunks)
 
-    monkeypatch.setattr(result_chunks, "digests_of", damaged)
+    monkeypatch.setattr(sweep_file, "digests_of", damaged)
     assert refused(tmp_path / "a.nc").endswith(
         "a.nc: the file does not read back as it was written"
     )
@@ -194,7 +194,7 @@ FULL = OSError(28, "No space left on device")
     ("owner", "name", "error", "reason"),
     [
         (netCDF4, "Dataset", PermissionError(13, "Permission denied"), "Permission denied"),
-        (result_chunks, "digests_of", FULL, "No space left on device"),
+        (sweep_file, "digests_of", FULL, "No space left on device"),
         (os, "fsync", FULL, "No space left on device"),
         (Path, "replace", FULL, "No space left on device"),
     ],
