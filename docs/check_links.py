@@ -75,6 +75,8 @@ def _complaint(page: Path, link: str) -> str:
 def main() -> None:
     """Check the built site."""
     site = BUILT / "html"
+    if not site.is_dir():
+        sys.exit(f"{site} is missing: `make docs` builds it")
     pages, broken = sum(1 for _ in site.rglob("*.html")), list(broken_links(site))
     outside = external_links(site)
     listed = "".join(f"{link}  ({page})\n" for link, page in sorted(outside.items()))

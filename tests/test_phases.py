@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from support.points import TWO_SOLIDS
 
 from stickslip import Parameters, phase_diagram
 from stickslip.parameters import ParameterError
@@ -50,14 +51,6 @@ def test_strains_are_shown_down_to_the_temperature_of_the_parameters() -> None:
     assert float(ds.melting_temperature[-1]) == pytest.approx(250.0)
 
 
-TWO_SOLIDS = Parameters(
-    cubic_coefficient=230.0,
-    quartic_coefficient=1475.83,
-    quintic_coefficient=3258.33,
-    sextic_coefficient=2395.83,
-)
-
-
 def steps(ds: xr.Dataset, direction: str) -> list[tuple[float, float, float]]:
     """The jumps along a slow ramp: the strain, and the order parameters before and after."""
     phi = ds.ramped_order_parameter.isel(temperature=0).sel(ramp_direction=direction)
@@ -69,7 +62,7 @@ def steps(ds: xr.Dataset, direction: str) -> list[tuple[float, float, float]]:
 
 
 def test_a_film_with_two_solids_melts_in_two_steps_and_freezes_in_one() -> None:
-    ds = phase_diagram(TWO_SOLIDS, temperatures=[200.0], samples=2001)
+    ds = phase_diagram(Parameters(**TWO_SOLIDS), temperatures=[200.0], samples=2001)
     (hard, *_), (soft, *_) = rising = steps(ds, "rising")
     assert (hard, soft) == pytest.approx((6.6067e-6, 6.7543e-6), abs=1e-9)
     (_, high, middle), (_, low, none) = rising
@@ -81,7 +74,9 @@ def test_a_film_with_two_solids_melts_in_two_steps_and_freezes_in_one() -> None:
     assert float(ds.ramped_order_parameter[0, 0, 0]) == pytest.approx(0.89037, abs=1e-5)
 
 
-@pytest.mark.parametrize("p", [Parameters(), TWO_SOLIDS], ids=["one solid", "two solids"])
+@pytest.mark.parametrize(
+    "p", [Parameters(), Parameters(**TWO_SOLIDS)], ids=["one solid", "two solids"]
+)
 def test_a_slow_ramp_stays_on_stable_equilibria(p: Parameters) -> None:
     ds = phase_diagram(p, temperatures=[200.0, 265.0])
     for index in range(2):

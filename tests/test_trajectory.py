@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support import reference
+from support.points import SUBHARMONIC
 
 from stickslip import (
     IntegrationError,
@@ -107,13 +108,6 @@ def test_more_periods_continue_the_same_motion() -> None:
 
 
 # --- starts ---------------------------------------------------------------------------------------
-
-SUBHARMONIC = {
-    "temperature": 172.92,
-    "viscosity_coefficient": 22891.7,
-    "spring_stiffness": 5491.4,
-    "angular_frequency": 55.225,
-}
 
 
 @pytest.mark.parametrize(

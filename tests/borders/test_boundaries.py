@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from support import messages
 
 from stickslip import Parameters, Status, stationary_orbit
 from stickslip.dispatch import thread_pool
@@ -262,7 +263,7 @@ def test_wrong_arguments_are_refused(
 
 
 def test_another_dataset_is_no_map(borders: xr.Dataset) -> None:
-    with pytest.raises(BoundaryError, match="no result of a sweep: it lacks status"):
+    with pytest.raises(BoundaryError, match=f"{messages.NO_RESULT}: it lacks status"):
         borders.stickslip.boundaries()
-    with pytest.raises(BoundaryError, match="no result of a sweep: it has no config"):
+    with pytest.raises(BoundaryError, match=f"{messages.NO_RESULT}: it has no config"):
         xr.Dataset().stickslip.boundaries()

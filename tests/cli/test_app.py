@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import typer.main
+from support import messages
 from support.sweeps.commands import Command, process
 from support.sweeps.processes import default_signals
 
@@ -150,7 +151,7 @@ def test_the_package_loads_without_slow_modules() -> None:
 def test_warnings_of_python_are_sentences_without_a_place_in_code() -> None:
     done = process("check", "a.yaml", environment={"NUMBA_CACHE_DIR": "/dev/null/nowhere"})
     assert done.code == 0
-    assert done.err.startswith("warning: compiled code is not cached: ")
+    assert done.err.startswith(f"warning: {messages.NOT_CACHED}")
     assert done.err.count("\n") == 1
 
 

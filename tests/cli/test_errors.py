@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from support import messages
 from support.sweeps.bad_configs import ALL
 from support.sweeps.commands import Command, entries, process
 from support.sweeps.writing import write_dataset
@@ -88,7 +89,7 @@ REFUSALS = [
         for verb in ("info", "info --hash", "plot", "status")
         for name, words in {
             "no.nc": "does not exist",
-            "bad.nc": ".*is not a readable NetCDF file",
+            "bad.nc": f".*{messages.NOT_NETCDF}",
             "folder": "",  # each verb in its own words
             "pipe": ".*not an ordinary file",
         }.items()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from support import messages
 from support.sweeps.commands import Command, entries
 
 from sweeps.files.netcdf import content_hash, open_result
@@ -28,9 +29,9 @@ def test_a_table_is_written_once(command: Command) -> None:
     done = command("export", "a.nc")
     assert (done.code, done.out) == (0, "a.csv\na.columns.csv\n")
     again = command("export", "a.nc")
-    assert (again.code, again.err) == (0, "a.csv is complete, nothing to do\n")
+    assert (again.code, again.err) == (0, f"a.csv {messages.COMPLETE}\n")
     Path("a.csv").write_text("mine")
-    assert "exists already; --overwrite" in command("export", "a.nc").err
+    assert messages.EXISTS in command("export", "a.nc").err
     assert Path("a.csv").read_text() == "mine"
     command.ok("export", "a.nc", "--overwrite")
     command.ok("export", "a.nc", "-o", "deep/er/b.csv")
@@ -51,7 +52,7 @@ def test_other_files_are_not_replaced_by_tables(command: Command) -> None:
     Path("b.columns.csv").write_text("mine")
     code, out, err = command("export", "a.nc", "-o", "b.csv")
     assert (code, out) == (2, "")
-    assert err == "b.columns.csv exists already; --overwrite replaces it, -o writes elsewhere\n"
+    assert err == f"b.columns.csv {messages.EXISTS} replaces it, -o writes elsewhere\n"
     assert not Path("b.csv").exists()
     result = Path("a.nc").rename("c.csv").read_bytes()
     for more in ([], ["--overwrite"]):

@@ -11,6 +11,7 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from support import messages
 from support.marks import one_then
 from support.sweeps.commands import Command
 from support.sweeps.processes import Running
@@ -75,7 +76,7 @@ def test_unusable_files_are_refused(command: Command) -> None:
     Path("b.nc").write_text("no file")
     code, _, err = command("explore", "b.nc")
     assert code == 5
-    assert err.startswith("b.nc is not a readable NetCDF file")
+    assert err.startswith(f"b.nc {messages.NOT_NETCDF}")
 
 
 def test_a_trajectory_is_no_result_of_a_sweep(command: Command) -> None:
@@ -83,7 +84,7 @@ def test_a_trajectory_is_no_result_of_a_sweep(command: Command) -> None:
     command.ok("simulate", "a.yaml", "--set", "temperature=200", "-o", "t.nc")
     code, out, err = command("explore", "t.nc")
     assert (code, out) == (2, "")
-    assert err.startswith("t.nc: this is no result of a sweep")
+    assert err.startswith(f"t.nc: this is {messages.NO_RESULT}")
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from numpy.typing import NDArray
+from support import messages
 from support.sweeps.commands import Command
 
 from stickslip import stationary_orbits
@@ -51,7 +52,7 @@ def test_a_posterior_is_drawn_kept_and_opened(
     wide, wider = (float(ds[f"parameter_interval_{side}"][0]) for side in ("lower", "upper"))
     assert wide < low < 7e4 < high < wider  # the prior says more than the data
     again = command("fit", "d.csv", *options, "--set", "integrator.rtol=1e-4")
-    assert "fit.nc is complete, nothing to do" in again.err
+    assert f"fit.nc {messages.COMPLETE}" in again.err
     other = command("fit", "d.csv", *options[:-1], "k={lognormal: [7e4, 0.03]}")
     assert other.code == 2
     command.ok("replay", "fit.nc", "--at", "T=240")
@@ -80,7 +81,7 @@ def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str
     at = curve.friction_force_amplitude.interp(temperature=T)
     np.testing.assert_allclose(ds.fitted_value, at, rtol=2e-3)
     replayed = command.ok("replay", "fit.nc", "--at", "T=240")
-    assert "agree with the file bit for bit" in replayed.out
+    assert messages.SAME_BITS in replayed.out
     command.ok("plot", "fit.nc", "-o", "again.svg")
     again = command("fit", "d.csv", "--free", "k", "-o", "fit.nc")
     assert again.code == 2

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from support import messages
 from support.sweeps.commands import Command, entries, process
 
 from sweeps.files.netcdf import content_hash, open_result
@@ -51,7 +52,7 @@ def test_info_says_why_code_is_not_cached(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     done = process("info", environment={"NUMBA_CACHE_DIR": str(tmp_path / "file")})
     assert done.code == 0
-    assert "compiled code is not cached: " in done.out
+    assert messages.NOT_CACHED in done.out
     assert "cannot be written; set NUMBA_CACHE_DIR" in done.out
     assert "cached in" not in done.out
 

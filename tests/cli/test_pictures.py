@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from support import messages
 from support.pictures import GAMMAS, TEMPERATURES, curves, note, panels, sweep
 from support.sweeps.commands import Command, entries, process
 
@@ -41,7 +42,7 @@ def test_simulate_needs_no_config(command: Command) -> None:
     expected = stickslip.simulate(periods=1, samples_per_period=20)
     xr.testing.assert_identical(ds.drop_attrs(deep=False), expected)
     again = command("simulate", *arguments)
-    assert again == (0, "x/y.nc\n", "x/y.nc is complete, nothing to do\n")
+    assert again == (0, "x/y.nc\n", f"x/y.nc {messages.COMPLETE}\n")
     code, _, err = command("simulate", *arguments, "--set", "T=250")
     assert code == 2
     assert "x/y.nc exists already" in err

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from support import messages
 from support.marks import one_then
 from support.sweeps.processes import HANGS, Running, default_signals
 from support.sweeps.sweeping import LOOSE, hash_at_once, hash_of, write
@@ -69,5 +70,5 @@ def test_without_a_home_compiled_code_is_not_kept() -> None:
     bare = {k: v for k, v in os.environ.items() if k in ("PATH", "PYTHONPATH")}
     ended, out, err = Running("-c", code, "info", env=bare).ended()
     assert ended == 0, err
-    assert "compiled code is not cached: there is no home folder" in out
-    assert err.count("compiled code is not cached: there is no home folder") == 1
+    assert f"{messages.NOT_CACHED}there is no home folder" in out
+    assert err.count(f"{messages.NOT_CACHED}there is no home folder") == 1

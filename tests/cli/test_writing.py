@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import netCDF4
 import numpy as np
 import pytest
+from support import messages
 from support.marks import marked, one_then
 from support.sweeps.processes import HANGS
 from support.sweeps.sweeping import Mishap, Shell, child, entries, hash_of
@@ -183,7 +184,7 @@ def test_a_repeated_command_ends_well_and_harms_nothing(shell: Shell, name: str)
     again = shell.ok(*verb.command)
     assert (contents(verb), entries()) == (before, names)
     assert [line for line in again.out.splitlines() if line in verb.files] == [*verb.files]
-    said = f"{verb.files[0]} is complete, nothing to do\n"
+    said = f"{verb.files[0]} {messages.COMPLETE}\n"
     if name in KNOWING and name != "figure":
         assert again.err.endswith(said)
     if verb.other:
@@ -234,7 +235,7 @@ def test_a_file_that_appears_meanwhile_is_left_alone(
             appears_before(patch, outputs.Outputs, "_try_writing", file)
         done = shell(*verb.command, *option)
     assert done.code == 5, done.err
-    assert f"{file} was made or changed by somebody else while this command ran" in done.err
+    assert f"{file} {messages.CHANGED_BY_OTHERS} this command ran" in done.err
     assert file.read_bytes() == b"mine"
     file.unlink()
     if name in KNOWING:
@@ -262,7 +263,7 @@ def test_an_output_in_use_is_refused(shell: Shell, name: str) -> None:
     with RunFolder(Path(main)).held():
         done = shell(*verb.command)
     assert done.code == 4, done.err
-    assert f"{main} is being written by another run (process " in done.err
+    assert f"{main} {messages.IN_USE} (process " in done.err
     assert not Path(main).exists()
 
 
@@ -306,7 +307,7 @@ def test_a_sweep_that_can_be_resumed_keeps_its_output(shell: Shell) -> None:
     folder.journal.write_bytes(b"points")
     done = shell(*VERBS["simulate"].command, "--overwrite")
     assert done.code == 2
-    assert "a sweep to s.nc was interrupted and can be resumed" in done.err
+    assert f"a sweep to s.nc {messages.RESUMABLE}" in done.err
     assert folder.journal.read_bytes() == b"points"
 
 
@@ -509,5 +510,5 @@ def test_tables_are_the_same_apart_from_the_time_of_their_borders(
     monkeypatch.setattr("sweeps.files.attributes.now", lambda: "another time")
     done = shell(*command)
     assert (done.code, Path("b.parquet").read_bytes()) == (0, before)
-    assert "b.parquet is complete, nothing to do" in done.err
+    assert f"b.parquet {messages.COMPLETE}" in done.err
     assert shell(*command, "--kind", "orbit").code == 2

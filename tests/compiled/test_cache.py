@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numba.core import config as numba_config
+from support import messages
 from support.package import ENDED, PACKAGE, copy_of_package, run_python, start_python
 
 from stickslip.compiled import cache as compiled_cache
@@ -139,7 +140,7 @@ def test_code_that_another_user_could_have_planted_is_not_run(
         folder.symlink_to(f"{folder}.mine")
     value, hits, (warning,) = use()
     assert (value, hits) == (7.0, 0)
-    assert warning.startswith("compiled code is not cached: ")
+    assert warning.startswith(messages.NOT_CACHED)
     assert reason in warning
 
 

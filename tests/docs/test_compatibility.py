@@ -12,6 +12,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from support import messages
 from support.marks import one_then
 from support.public_names import public_names
 from support.sweeps.commands import Command
@@ -151,7 +152,7 @@ def test_a_point_of_a_released_file_is_computed_again(
     assert Path(f"{name}-replay.nc").exists()
     ds = open_result(path)
     if not version_differences(ds.attrs):
-        assert "variables agree with the file bit for bit" in done.out
+        assert f"variables {messages.SAME_BITS}" in done.out
     point = ds.stickslip.at(**dict(text.split("=") for text in POINTS[name]))
     again = point.orbit()
     for amplitude in ("elastic_stress_amplitude", "friction_force_amplitude"):
@@ -190,6 +191,6 @@ def test_a_released_file_is_refused_and_kept_by_another_numerics_version(
     before = everything()
     done = command(*GROW)
     assert (done.code, done.out) == (2, "")
-    assert f"computed by numerics version {NUMERICS_VERSION - 1}, this is" in done.err
+    assert f"{messages.OTHER_VERSION}{NUMERICS_VERSION - 1}, this is" in done.err
     assert done.err.endswith("--overwrite replaces it, -o writes elsewhere\n")
     assert everything() == before

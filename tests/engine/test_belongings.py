@@ -7,6 +7,7 @@ from pathlib import Path
 
 import netCDF4
 import pytest
+from support import messages
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of
 
 from sweeps.files.run_folder import RunFolder
@@ -35,7 +36,7 @@ def test_a_file_that_appears_during_the_sweep_is_left_alone(shell: Shell) -> Non
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
     shell.disturb = None
     assert code == 5
-    assert "a.nc was made or changed by somebody else while the sweep ran" in err
+    assert f"a.nc {messages.CHANGED_BY_OTHERS} the sweep ran" in err
     assert Path("a.nc").read_text() == "mine"
     Path("a.nc").rename("theirs")
     shell.ok("sweep", "a.yaml", "-o", "a.nc")
@@ -72,7 +73,7 @@ def test_a_file_edited_by_hand_is_reported(shell: Shell, verb: str) -> None:
         file["elastic_stress_amplitude"][0] = 1.0
     code, _, err = shell(verb, "a.nc", *(["--overwrite"] if verb == "export" else []))
     assert code == 0
-    assert "a.nc is not as stickslip wrote it: a part of a result, edited, or damaged" in err
+    assert f"a.nc {messages.NOT_OURS}: a part of a result, edited, or damaged" in err
 
 
 # --- what is printed ---

@@ -12,6 +12,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from support import messages
 from support.sweeps.sweeping import (
     LOOSE,
     ONE_BY_ONE,
@@ -66,14 +67,14 @@ def cut(length: int) -> None:
     A.write_bytes(A.read_bytes()[:length])
 
 
-DAMAGED = "a.nc is not as stickslip wrote it: a part of a result, edited, or damaged"
-UNREADABLE = "a.nc exists, but is not a readable NetCDF file"
+DAMAGED = f"a.nc {messages.NOT_OURS}: a part of a result, edited, or damaged"
+UNREADABLE = f"a.nc exists, but {messages.NOT_NETCDF}"
 UNFIT: dict[str, tuple[Callable[[], object], int, str]] = {
     **{
         f"of numerics version {other}": (
             lambda n=other: edited(lambda file: file.setncattr("numerics_version", str(n))),
             2,
-            f"a.nc was computed by numerics version {other}, this is {NUMERICS_VERSION}, whose "
+            f"a.nc was {messages.OTHER_VERSION}{other}, this is {NUMERICS_VERSION}, whose "
             "numbers are not the same",
         )
         for other in (NUMERICS_VERSION - 1, NUMERICS_VERSION + 1)
@@ -194,7 +195,7 @@ def test_other_settings_are_refused_and_change_nothing(shell: Shell, points: str
     code, out, err = shell("sweep", "b.yaml", "-o", "a.nc")
     assert (code, out) == (2, "")
     assert err.splitlines() == [
-        "a.nc was computed with other settings:",
+        f"a.nc was computed {messages.OTHER_SETTINGS}:",
         "  integrator.rtol: 0.0001 -> 1e-05",
         "--overwrite replaces it, -o writes elsewhere",
     ]
@@ -222,7 +223,7 @@ def test_a_file_of_another_numerics_version_is_shown_and_drawn(shell: Shell) -> 
     before = everything()
     code, out, err = shell("info", "a.nc")
     assert (code, err) == (0, "")
-    assert f"computed by numerics version {other}, this is {NUMERICS_VERSION}\n" in out
+    assert f"{messages.OTHER_VERSION}{other}, this is {NUMERICS_VERSION}\n" in out
     assert everything() == before
     shell.ok("plot", "a.nc", "-o", "a.png")
 
@@ -230,9 +231,7 @@ def test_a_file_of_another_numerics_version_is_shown_and_drawn(shell: Shell) -> 
 def test_a_variable_that_a_user_added_is_not_carried_over(shell: Shell) -> None:
     with netCDF4.Dataset("a.nc", "a") as file:
         file.createVariable("verdict", "i1", ("temperature",))[...] = 2
-    assert shell("sweep", "a.yaml", "-o", "a.nc").err == (
-        "a.nc is complete: 4 points, nothing to do\n"
-    )
+    assert shell("sweep", "a.yaml", "-o", "a.nc").err == (f"a.nc {messages.COMPLETE_POINTS}\n")
     code, _, err = shell("sweep", write("b.yaml", FIVE, LOOSE), "-o", "a.nc")
     assert code == 0
     assert err == (
@@ -308,7 +307,7 @@ def test_retry_failed_computes_exactly_the_failed_points(shell: Shell) -> None:
     shell.disturb = None
     code, out, err = shell("sweep", "a.yaml", "-o", "b.nc")
     assert (code, shell.computed) == (3, [])
-    assert "b.nc is complete: 4 points, nothing to do\n" in err
+    assert f"b.nc {messages.COMPLETE_POINTS}\n" in err
     assert "4 points, 2 failed" in out
     code, _, err = shell("sweep", "a.yaml", "-o", "b.nc", "--retry-failed")
     assert (code, err) == (0, "4 points: 2 in b.nc; 2 to compute\n")
@@ -361,7 +360,7 @@ def test_a_sweep_stops_if_its_first_block_fails(shell: Shell) -> None:
     shell.disturb = fail
     code, out, err = shell("sweep", config, "-o", "b.nc")
     assert (code, out) == (3, "")
-    assert "Stopped: all of the first block failed (1 point)" in err
+    assert f"Stopped: {messages.ALL_FAILED} (1 point)" in err
     assert "  stickslip sweep b.yaml -o b.nc\n" in err
     assert not Path("b.nc").exists()
     code, out, _ = shell("sweep", config, "-o", "b.nc")
@@ -427,7 +426,7 @@ def test_the_end_of_the_granted_time_prints_the_command_to_resume(shell: Shell) 
     config = write("b b.yaml", FOUR, LOOSE, ONE_BY_ONE)
     code, out, err = shell("sweep", config, "-o", "b.nc", "--max-runtime", "0.001s")
     assert (code, out) == (4, "")
-    assert "Stopped: the time of --max-runtime is over." in err
+    assert f"Stopped: {messages.TIME_OVER}." in err
     assert err.endswith("\n  stickslip sweep 'b b.yaml' -o b.nc --max-runtime 0.001s\n")
     shell.ok("sweep", config, "-o", "b.nc", "--max-runtime", "1h")
     assert hash_of("b.nc") == hash_of("a.nc")

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import messages
 from support.law_package import CONFIG, LAW, install
 from support.sweeps.commands import process
 from support.sweeps.workers import ROOT
@@ -73,7 +74,7 @@ def test_a_law_of_a_package_is_swept_replayed_and_refused_when_it_changes(site: 
     assert content_hash(first) == content_hash(open_result(Path("b.nc")))
     assert (first.status == 0).all()
     replayed = process(*AT)
-    assert (replayed.code, "agree with the file bit for bit" in replayed.out) == (0, True)
+    assert (replayed.code, messages.SAME_BITS in replayed.out) == (0, True)
 
     was = origin_of("limited").identity
     assert f'law: "{was}"' in first.attrs["config"]
@@ -85,7 +86,7 @@ def test_a_law_of_a_package_is_swept_replayed_and_refused_when_it_changes(site: 
     assert f"film.law: {was} -> {now}" in resumed.err
     replayed = process(*AT)
     assert replayed.code == 2
-    assert f"the law limited@{was} is {now} here, which may give other numbers" in replayed.err
+    assert f"the law limited@{was} is {now} here, which {messages.MAY_DIFFER}" in replayed.err
     assert process("info", "a.nc").code == 0  # shown all the same
     # Both versions are computed with kernels of their own, from one cache.
     assert process("sweep", "a.yaml", "-o", "c.nc", "--no-progress").code == 0
@@ -236,7 +237,7 @@ def test_a_law_of_this_process_runs_only_in_threads() -> None:
     assert once.stickslip.at().differences() == other.stickslip.at().differences() == {}
     laws.REGISTERED.clear()
     register_law(law_in_python(1.5))
-    with pytest.raises(ConfigError, match="may give other numbers"):
+    with pytest.raises(ConfigError, match=messages.MAY_DIFFER):
         once.stickslip.at().orbit()
     laws.REGISTERED.clear()
     with pytest.raises(ConfigError, match="is missing; register the same law first"):

@@ -9,6 +9,7 @@ from typing import Any
 import netCDF4
 import numpy as np
 import pytest
+from support import messages
 from support.marks import marked
 
 from stickslip import Status
@@ -222,7 +223,7 @@ def test_results_of_other_configs_are_refused(
 def test_damaged_parts_are_refused(parts: list[Path], tmp_path: Path) -> None:
     with netCDF4.Dataset(parts[1], "a") as file:
         file["melting_count"][0, 1] = 55
-    with pytest.raises(StorageError, match=r"part2\.nc is not as stickslip wrote it"):
+    with pytest.raises(StorageError, match=rf"part2\.nc {messages.NOT_OURS}"):
         merge(parts, tmp_path / "m.nc")
 
 
@@ -230,7 +231,7 @@ def test_outputs_that_would_be_lost_are_refused(parts: list[Path], tmp_path: Pat
     with pytest.raises(RefusalError, match="an input itself"):
         merge(parts, parts[1])
     computed(from_mapping(MAP | {"title": "Mine"}), tmp_path / "m.nc")
-    with pytest.raises(RefusalError, match="exists already; --overwrite"):
+    with pytest.raises(RefusalError, match=messages.EXISTS):
         merge(parts, tmp_path / "m.nc")
     assert open_result(tmp_path / "m.nc").title == "Mine"
     merge(parts, tmp_path / "m.nc", overwrite=True)
@@ -330,7 +331,7 @@ def test_a_sweep_cannot_begin_while_its_output_is_merged(
     output, common = tmp_path / "m.nc", merging.common_target
 
     def disturbed(*args: Any) -> Any:
-        with pytest.raises(InUseError, match="is being written by another run"):
+        with pytest.raises(InUseError, match=messages.IN_USE):
             computed(from_mapping(MAP), output)
         return common(*args)
 
@@ -345,7 +346,7 @@ def test_a_merge_leaves_an_interrupted_sweep_alone(
     output = tmp_path / "m.nc"
     with monkeypatch.context() as patch:
         crash(patch, 1, from_mapping(BLOCKS_OF_TWO), output)
-    with pytest.raises(RefusalError, match="was interrupted and can be resumed"):
+    with pytest.raises(RefusalError, match=messages.RESUMABLE):
         merge(parts, output)
     assert RunFolder(output).journal.exists()
     assert computed(from_mapping(MAP), output).computed < 18

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import messages
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, everything, write
 
 from sweeps.config.load import load
@@ -69,7 +70,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     "an unstable step": (
         lambda _: write("a.yaml", TWO, "integrator: {method: euler-cromer, dt: 1}\noutput: a.nc"),
         2,
-        "integrator.dt: the step of 1 s is unstable for every point",
+        f"integrator.dt: the step of 1 s is {messages.UNSTABLE}",
     ),
     "a cluster without address": (
         lambda _: write("a.yaml", TWO, "execution: {backend: dask}\noutput: a.nc"),
@@ -95,7 +96,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     "other settings": (
         lambda _: write("a.yaml", A_YAML.replace("integrator: {rtol: 1e-4}", "")),
         2,
-        "a.nc was computed with other settings",
+        f"a.nc was computed {messages.OTHER_SETTINGS}",
     ),
     # what an unfinished sweep has left
     "a journal of lost points": (
@@ -106,7 +107,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     "a journal of other settings": (
         lambda _: replaced(lambda: journal_of(TWO)),
         2,
-        "the journal in a.nc.run was computed with other settings",
+        f"the journal in a.nc.run was computed {messages.OTHER_SETTINGS}",
     ),
     # the disk
     "no room": (
@@ -185,7 +186,7 @@ def test_an_output_that_is_being_written(shell: Shell) -> None:
         shell.ok("status", "a.yaml")
     assert {code for code, _, _ in told.values()} == {4}
     assert len({err for _, _, err in told.values()}) == 1
-    assert "a.nc is being written by another run (process " in told["check"].err
+    assert f"a.nc {messages.IN_USE} (process " in told["check"].err
 
 
 def test_parts_of_a_refined_grid(shell: Shell) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import messages
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from stickslip import Parameters
@@ -87,7 +88,7 @@ def test_the_same_config_in_other_words_is_recognised(shell: Shell) -> None:
         "model: {drive_amplitude: 8e-7, spring_stiffness: 3e3}\nexecution: {workers: 1}\n",
     )
     code, _, err = shell("sweep", again, "-o", "a.nc")
-    assert (code, err) == (0, "a.nc is complete: 4 points, nothing to do\n")
+    assert (code, err) == (0, f"a.nc {messages.COMPLETE_POINTS}\n")
     assert shell.computed == []
     assert (Path("a.nc").read_bytes(), Path("a.nc").stat().st_mtime_ns) == old
 

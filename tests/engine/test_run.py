@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support import messages
 from support.sweeps.processes import default_signals
 
 from stickslip.dispatch.task import Block
@@ -50,7 +51,7 @@ def test_a_notebook_gets_no_message_as_an_error(
     run(CONFIG, output=path)
     monkeypatch.setattr("sweeps.engine.run.is_in_notebook", lambda: True)
     run(CONFIG, output=path, progress=True)
-    assert capsys.readouterr() == (f"{path} is complete: 4 points, nothing to do\n", "")
+    assert capsys.readouterr() == (f"{path} {messages.COMPLETE_POINTS}\n", "")
 
 
 def test_existing_results_that_do_not_fit_are_refused_until_overwrite(tmp_path: Path) -> None:
@@ -88,7 +89,7 @@ def test_ctrl_c_is_an_exception_and_the_same_call_resumes(
 
 def test_a_sweep_that_fails_altogether_stops_with_a_reason(tmp_path: Path) -> None:
     hopeless = ONE_BY_ONE | {"integrator": {"max_steps": 1}}
-    with pytest.raises(StoppedError, match=r"all of the first block failed \(1 point\)"):
+    with pytest.raises(StoppedError, match=rf"{messages.ALL_FAILED} \(1 point\)"):
         run(hopeless, output=tmp_path / "a.nc")
 
 
@@ -117,7 +118,7 @@ def test_arguments_that_make_no_sense_are_refused(
 
 
 def test_a_config_with_problems_is_refused() -> None:
-    with pytest.raises(ConfigError, match="unstable for every point"):
+    with pytest.raises(ConfigError, match=messages.UNSTABLE):
         run({"integrator": {"method": "euler-cromer", "dt": 1e-3}})
 
 

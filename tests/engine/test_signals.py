@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import messages
 from support.sweeps.processes import HANGS, Running, default_signals
 from support.sweeps.sweeping import LOOSE, Shell, entries, hash_at_once, hash_of, write
 from support.sweeps.watching import HIDDEN, VISIBLE, Clock, OnTerminal
@@ -79,7 +80,7 @@ def test_a_stop_is_requested_when_the_granted_time_is_over(clock: Clock) -> None
     assert not stop.requested
     clock.now += 0.1
     assert stop.requested
-    assert stop.reason == "the time of --max-runtime is over"
+    assert stop.reason == messages.TIME_OVER
     assert stop.code == Exit.STOPPED
     clock.now -= 5.0
     assert stop.requested  # for good

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from support import messages
 from support.sweeps.sweeping import Shell
 
 from stickslip import Status
@@ -39,7 +40,7 @@ def test_a_point_of_a_stochastic_result_is_computed_again_and_drawn(shell: Shell
     assert course.sizes == {"elapsed_time": 51}
     point.portrait(1)
     code, out, _ = shell("replay", "a.nc", "--at", "T=200", "--at", "gamma=-2/3")
-    assert (code, "agree with the file bit for bit" in out) == (0, True)
+    assert (code, messages.SAME_BITS in out) == (0, True)
 
 
 def test_the_trajectories_of_a_stochastic_film_are_its_realizations() -> None:

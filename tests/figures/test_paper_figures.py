@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from support import messages
 
 from sweeps.cli.app import main
 from sweeps.config import paper
@@ -133,7 +134,7 @@ def test_a_figure_is_drawn_anew_and_its_data_are_kept(
     small(monkeypatch, "integrator.rtol=1e-5")
     code, _, err = command("7", "--no-progress")
     assert (code, Path("results/fig7.nc").read_bytes()) == (2, before)
-    assert "with other settings" in err
+    assert messages.OTHER_SETTINGS in err
     assert command("7", "--no-progress", "--overwrite")[0] == 0
     assert Path("results/fig7.nc").read_bytes() != before
     for path in files(7):

@@ -14,6 +14,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from support import messages
 from support.sweeps.commands import entries
 from support.sweeps.writing import write_dataset
 
@@ -221,7 +222,7 @@ def test_a_damaged_file_is_refused_by_name(tmp_path: Path, damage: Any) -> None:
     path = tmp_path / "a.nc"
     write_dataset(dataset(), path)
     path.write_bytes(damage(path.read_bytes()))
-    with pytest.raises(StorageError, match=r"a\.nc is not a readable NetCDF file"):
+    with pytest.raises(StorageError, match=rf"a\.nc {messages.NOT_NETCDF}"):
         open_result(path)
 
 

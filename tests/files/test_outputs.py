@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import messages
 from support.sweeps.processes import HANGS, wait_until
 from support.sweeps.sweeping import (
     LOOSE,
@@ -161,7 +162,7 @@ def test_a_second_sweep_to_an_output_names_the_first(shell: Shell) -> None:
     for option in ([], ["--overwrite"], ["--partial"]):
         code, out, err = shell("sweep", "a.yaml", "-o", "a.nc", *option)
         assert (code, out, shell.computed) == (4, "", [])
-        assert err.startswith("a.nc is being written by another run (process ")
+        assert err.startswith(f"a.nc {messages.IN_USE} (process ")
         assert f"process {first.pid} on " in err
         assert err.endswith(": stickslip sweep long.yaml -o a.nc)\n")
         assert first.is_alive()
@@ -169,7 +170,7 @@ def test_a_second_sweep_to_an_output_names_the_first(shell: Shell) -> None:
     first.join(HANGS)
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
     assert code == 2
-    assert "with other settings" in err
+    assert messages.OTHER_SETTINGS in err
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ import shlex
 import numpy as np
 import pytest
 import xarray as xr
+from support import messages
 
 from stickslip import Parameters
 from stickslip.variables import PARAMETERS
@@ -110,7 +111,7 @@ def test_a_stack_without_a_coordinate_opens_by_numbers(result):
 
 
 def test_another_dataset_is_refused():
-    with pytest.raises(PointError, match="no result of a sweep"):
+    with pytest.raises(PointError, match=messages.NO_RESULT):
         subject_of_result(xr.Dataset({"x": ("t", np.zeros(3))}), "a.nc")
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import joblib
 import numpy as np
 import pytest
+from support import messages
 from support.marks import marked, one_then
 from support.sweeps.processes import wait_until
 from support.sweeps.workers import (
@@ -173,7 +174,7 @@ def test_the_granted_time_ends_without_workers_too(cluster: Cluster) -> None:
     sweep = command("--scheduler", cluster.address, "--max-runtime", "2s", hook=IMPATIENT)
     code, err = ended(sweep)
     assert code == 4
-    assert "Stopped: the time of --max-runtime is over. 0 of 24 points are kept" in err
+    assert f"Stopped: {messages.TIME_OVER}. 0 of 24 points are kept" in err
 
 
 @pytest.mark.faults
