@@ -158,6 +158,7 @@ class Point:
             "periods": periods or periods_of(orbit),
             "start": start,
             "samples_per_period": samples_per_period,
+            "schedule": None,  # of a run under other parameters, which no sweep follows
         }
         simulation = self.config.simulation.model_copy(update=shown)
         noise = self.config.noise

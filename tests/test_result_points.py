@@ -111,6 +111,13 @@ def test_the_time_course_is_that_of_the_orbit(ds: xr.Dataset) -> None:
     assert course.attrs["title"] == point.where
 
 
+def test_the_schedule_of_a_run_does_not_change_the_motion_of_a_point(ds: xr.Dataset) -> None:
+    schedule = {"simulation": {"periods": 3, "schedule": {"K": [1000, 9000]}}}
+    point, plain = (point_of(result, T=200, gamma=0) for result in (run(MAP | schedule), ds))
+    assert point.simulate().drop_attrs().equals(plain.simulate().drop_attrs())
+    assert point.replay(1).sizes == {"elapsed_time": 2001, "period": 201}
+
+
 def test_the_initial_motion_begins_at_the_start(ds: xr.Dataset) -> None:
     point = point_of(ds, T=200, gamma=-2 / 3)
     course = point.simulate(periods=2, start="initial")
