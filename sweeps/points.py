@@ -155,7 +155,7 @@ class Point:
         orbit = self.orbit()
         start = start or ("stationary" if orbit.status.is_result else "initial")
         shown = {
-            "periods": periods or periods_of(orbit),
+            "periods": periods_of(orbit) if periods is None else periods,
             "start": start,
             "samples_per_period": samples_per_period,
             "schedule": None,  # of a run under other parameters, which no sweep follows

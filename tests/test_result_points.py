@@ -118,6 +118,13 @@ def test_the_schedule_of_a_run_does_not_change_the_motion_of_a_point(ds: xr.Data
     assert point.replay(1).sizes == {"elapsed_time": 2001, "period": 201}
 
 
+def test_a_motion_of_no_periods_is_refused(ds: xr.Dataset) -> None:
+    point = point_of(ds, T=200, gamma=0)
+    for compute in (point.simulate, point.stroboscopic, point.portrait):
+        with pytest.raises(ValueError, match="periods and samples_per_period must be at least 1"):
+            compute(0)
+
+
 def test_the_initial_motion_begins_at_the_start(ds: xr.Dataset) -> None:
     point = point_of(ds, T=200, gamma=-2 / 3)
     course = point.simulate(periods=2, start="initial")
