@@ -32,8 +32,7 @@ from sweeps.engine.settings import SOURCE, config_without_axes, options_of
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import software
-from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
-from sweeps.identity import PointKeys
+from sweeps.grid import CASE, DIRECTION, DIRECTIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -343,14 +342,24 @@ def _line_before(
     if followed is None:
         return point[:0]
     whole = from_mapping(read_mapping(str(chosen.attrs["config"]), SOURCE), SOURCE)
-    grid = Grid.from_config(whole)
+    axis = np.array(whole.sweep[str(whole.follow)])
     way = chosen[DIRECTION].item()
     if way not in DIRECTIONS:
         raise PointError(f"the direction {way!r} is none of {', '.join(DIRECTIONS)}")
-    upward = PointKeys(grid, {}, alone=True).numbers_of(point)[0]
-    number = upward + DIRECTIONS.index(way)
-    (line,) = (line.tolist() for line in grid.lines() if number in line)
-    return grid.rows(np.array(line[: line.index(number)], dtype=np.int64))
+    column = Parameters._fields.index(str(whole.follow))
+    upward = np.flatnonzero(axis == parameters[column])
+    if not len(upward):
+        raise PointError(
+            f"the config of this result follows {whole.follow} over other values than "
+            f"{parameters[column]:g}, so that its line is unknown; take the point from its own "
+            "result"
+        )
+    number = int(upward[0]) if way == DIRECTIONS[0] else 2 * len(axis) - 1 - int(upward[0])
+    # All other parameters are the same along a line. In a stack of results they may differ from
+    # those in the config, which belongs to one of them.
+    before = np.repeat(point, number, axis=0)
+    before[:, column] = np.concatenate([axis, axis[::-1]])[:number]
+    return before
 
 
 def version_differences(attributes: Mapping[str, Any]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from support import messages
 
-from stickslip import IntegrationError, Status
+from stickslip import IntegrationError, Parameters, Status
 from stickslip.variables import STROBOSCOPIC
 from sweeps import run
 from sweeps.files.netcdf import open_result
@@ -152,6 +152,19 @@ def test_a_followed_point_starts_from_its_neighbour(followed: xr.Dataset) -> Non
     assert len(down.before) == 4
     start = up.simulate(periods=1, start="initial").lower_displacement.values[0]
     assert start != 0.0
+
+
+def test_followed_results_side_by_side_keep_their_lines() -> None:
+    stiff, soft = (run(LINE | {"model": {"K": stiffness}}) for stiffness in (3000, 2500))
+    both = xr.concat([stiff, soft], "spring_stiffness")
+    for stiffness in (3000, 2500):
+        for way in ("up", "down"):
+            point = both.stickslip.at(K=stiffness, omega=38.0, direction=way)
+            assert point.differences() == {}
+            assert set(point.before[:, Parameters._fields.index("spring_stiffness")]) == {stiffness}
+    shifted = both.assign_coords(angular_frequency=both.angular_frequency + 0.5)
+    with pytest.raises(PointError, match=r"follows angular_frequency over other values than 38\.5"):
+        shifted.stickslip.at(K=3000, omega=38.5, direction="up")
 
 
 def test_linked_cases_are_chosen_by_number_or_by_value() -> None:
