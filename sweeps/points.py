@@ -79,7 +79,7 @@ class Point:
         return f"<Point {self.where}: {self.status.name.lower()}>"
 
     def _repr_html_(self) -> str:
-        flags = {"status": self.status, "regime": Regime(int(self.stored.get("regime", 127)))}
+        flags = {"status": self.status, "regime": Regime(_code(self.stored.get("regime", np.nan)))}
         shown = {name: flags.get(name, value) for name, value in self.stored.items()}
         return f"<p>{self.where}</p>{value_table(shown, RESULTS)}"
 
@@ -90,8 +90,8 @@ class Point:
 
     @property
     def status(self) -> Status:
-        """The status of the point in the file."""
-        return Status(int(self.stored["status"]))
+        """The status of the point in the file; `pending` if the file has none for it."""
+        return Status(_code(self.stored["status"]))
 
     @property
     def is_comparable(self) -> bool:
@@ -402,6 +402,11 @@ def periods_of(orbit: Orbit) -> int:
     if not orbit.status.is_result:
         return _FAILED_PERIODS
     return orbit.orbit_periods or _APERIODIC_PERIODS  # 0: the orbit never closes
+
+
+def _code(value: float) -> int:
+    """Return a status or regime as a code; NaN, which masks a point, is the code of none."""
+    return int(Status.PENDING) if np.isnan(value) else int(value)
 
 
 def _plain(value: Any) -> str:

@@ -208,6 +208,15 @@ def test_a_failed_point_shows_the_motion_from_its_start() -> None:
         point_of(run(MAP | {"integrator": {"max_steps": 10}}), T=200, gamma=0).simulate()
 
 
+def test_a_point_masked_by_ok_is_computed_and_compared_with_nothing() -> None:
+    ds = run(MAP | {"stationary": {"max_periods": 1}})
+    point = ds.stickslip.ok().stickslip.at(T=200, gamma=-2 / 3)
+    assert repr(point).endswith("rheological_index = -0.666667: pending>")
+    assert ">pending<" in point._repr_html_()
+    assert point.orbit().status is Status.NOT_STATIONARY
+    assert point.differences() == {}
+
+
 @pytest.mark.parametrize(
     ("where", "message"),
     [
