@@ -36,6 +36,8 @@ from sweeps.config.written_config import PARAMETER_SECTIONS, Document, Path, pat
 from sweeps.human import counted, did_you_mean
 
 MAX_POINTS = 1_000_000_000
+# Relative; steps of a refined axis may differ by rounding.
+_EVEN = 1e-6
 NEAR = 1e-9
 """Relative; values closer than this differ by rounding, not by intention."""
 
@@ -307,6 +309,20 @@ def _judge_order(document: Document, config: Config, unsound: Collection[str]) -
                     f"need one more than a multiple of {cell}, such as {close} or {close + cell}",
                     "refine",
                 )
+            elif not _is_even(config.sweep[name]):
+                document.refuse(
+                    f"{name} needs values with a common step or a common ratio, such as a linspace "
+                    "or a geomspace: values between them are interpolated",
+                    "refine",
+                )
+
+
+def _is_even(axis: Sequence[float]) -> bool:
+    """Return whether values are evenly spaced on a linear or a logarithmic scale."""
+    values = np.array(axis)
+    has_scale = (values > 0).all() or (values < 0).all()
+    scales = [values, np.log(np.abs(values))] if has_scale else [values]
+    return any(np.allclose(steps := np.diff(s), steps.mean(), rtol=_EVEN, atol=0.0) for s in scales)
 
 
 def _wrong_with_line(document: Document, config: Config, name: str) -> Iterator[str]:

@@ -79,6 +79,27 @@ def test_an_impossible_follow_or_refine_is_refused(yaml: str, message: str) -> N
     assert re.search(message.replace("{", r"\{"), problem), problem
 
 
+@pytest.mark.parametrize("axis", [[200, 210, 300], [200, 300, 250], [0, 1, 10], [-1, 1, 10]])
+def test_a_refined_axis_must_be_even(axis: list[float]) -> None:
+    (problem,) = problems(f"sweep: {{x_0: {axis}}}\nrefine: {{axes: [x_0], levels: 1}}\n")
+    assert "initial_displacement needs values with a common step or a common ratio" in problem
+
+
+@pytest.mark.parametrize(
+    "axis",
+    [
+        [200, 250, 300],
+        [300, 250, 200],
+        [-400, -200, -100],
+        "{geomspace: [1e-3, 7], num: 17}",
+        "{linspace: [0.1, 0.3], num: 17}",
+    ],
+)
+def test_even_axes_are_refined(axis: object) -> None:
+    config = from_yaml(f"sweep: {{x_0: {axis}}}\nrefine: {{axes: [x_0], levels: 1}}\n")
+    assert from_yaml(config.resolved_yaml()) == config
+
+
 def test_a_followed_axis_must_rise_and_be_no_initial_value() -> None:
     (problem,) = problems("sweep: {T: [300, 200]}\nfollow: T\n")
     assert "needs the values of temperature in increasing order" in problem
