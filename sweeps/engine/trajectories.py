@@ -21,7 +21,7 @@ from stickslip.orbit import typical_options
 from stickslip.parameters import Parameters
 from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
-from sweeps.config.pull import Drive
+from sweeps.config.pull import Drive, refuse_pull
 from sweeps.config.schema import Simulation
 from sweeps.engine.computing import compile_kernels
 from sweeps.engine.progress import SILENT, Compiling
@@ -55,6 +55,10 @@ class AxisLeftError(ExpectedError, ValueError):
         )
 
 
+class OtherAxesError(ExpectedError, ValueError):
+    """A figure of several trajectories, of a config that does not have exactly one axis."""
+
+
 def trajectory(
     config: Config, compiling: Compiling = SILENT, *, start: Sequence[float] | None = None
 ) -> xr.Dataset:
@@ -78,11 +82,18 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     """Return one trajectory for each value of the only axis of a config, along (axis, sample).
 
     `elapsed_time` becomes a coordinate along both dimensions, because drive periods differ.
+
+    Raises OtherAxesError, PulledError for a block that is pulled, whose slips differ in number, and
+    what `stickslip.simulate` raises.
     """
     import xarray as xr
 
+    refuse_pull(config.simulation.drive)
     if len(config.sweep) != 1 or config.cases:
-        raise ValueError("several trajectories need a config with exactly one axis")
+        raise OtherAxesError(
+            "several trajectories need a config with exactly one axis, and no `cases`: fix the "
+            "other parameters under `model`"
+        )
     grid = Grid.from_config(config)
     (axis,) = grid.dims
     with compiling:

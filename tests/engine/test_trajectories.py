@@ -17,7 +17,8 @@ from support.sweeps.writing import write_dataset
 import stickslip
 from stickslip import IntegrationError, Parameters, Status
 from sweeps.config.load import from_mapping, from_yaml
-from sweeps.engine.trajectories import AxisLeftError, trajectories, trajectory
+from sweeps.config.pull import PulledError
+from sweeps.engine.trajectories import AxisLeftError, OtherAxesError, trajectories, trajectory
 from sweeps.files.netcdf import open_result
 
 SHORT = {"periods": 1, "samples_per_period": 50}
@@ -138,5 +139,11 @@ def test_trajectories_along_an_axis_are_those_of_simulate() -> None:
 
 @pytest.mark.parametrize("parts", [{}, AXIS, CASES, {"sweep": {"T": [200, 250]}} | CASES])
 def test_several_trajectories_need_exactly_one_axis(parts: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match="exactly one axis"):
+    with pytest.raises(OtherAxesError, match="exactly one axis"):
         trajectories(config(**parts))
+
+
+def test_pulls_along_an_axis_are_refused() -> None:
+    pull = {"drive": {"velocity": 2e-6}, "duration": 1}
+    with pytest.raises(PulledError, match="use `stickslip simulate`"):
+        trajectories(from_mapping({"sweep": {"T": [200, 250]}, "simulation": pull}))
