@@ -332,6 +332,12 @@ def _phases(config: Config) -> xr.Dataset:
     from stickslip.phases import PAPER_STRAIN, phase_diagram
     from sweeps.files.attributes import add_provenance
 
+    if [*config.sweep, *config.cases] != ["temperature"]:
+        stop_with(
+            f"the figure {config.plot.figure} needs `sweep: {{temperature: [...]}}`, and no other "
+            "axis",
+            Exit.USAGE,
+        )
     strain = config.plot.elastic_strain
     diagram = phase_diagram(
         config.parameters(),

@@ -154,3 +154,23 @@ def test_a_file_in_place_of_the_folder(command: Command, monkeypatch: pytest.Mon
         assert err.startswith(f"cannot write results/fig{number}.")
         assert err.endswith(": results is not a folder\n")
     assert Path("results").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        "model: {T: 280}",
+        "sweep: {a: [4e12, 8e12]}",
+        "sweep: {T: [265, 286], a: [4e12, 8e12]}",
+        "sweep: {T: [265, 286]}\ncases: {a: [4e12, 8e12]}",
+    ],
+)
+def test_a_free_energy_at_other_axes_than_temperatures_is_refused(
+    command: Command, axes: str
+) -> None:
+    Path("a.yaml").write_text(f"{axes}\nplot: {{figure: free_energy}}\n")
+    code, out, err = command("a.yaml")
+    assert (code, out) == (2, "")
+    assert err == (
+        "the figure free_energy needs `sweep: {temperature: [...]}`, and no other axis\n"
+    )
