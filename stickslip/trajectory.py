@@ -127,12 +127,14 @@ def simulate(
         A scheduled value is out of range, a scheduled name is not a parameter, or `parameters` or
         `schedule` has the wrong type.
     ValueError
-        There is less than one period or one sample per period; the start is neither a name nor a
-        state; a schedule has no values, or unequal numbers of them; a pull is invalid (PullError),
-        or combined with an option that it excludes.
+        There is less than one period, or one sample of a period or a pull; the start is neither a
+        name nor a state; a schedule has no values, or unequal numbers of them; a pull is invalid
+        (PullError), or combined with an option that it excludes.
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
+    if samples < 1:  # the kernel writes the last sample, whatever the room
+        raise ValueError("samples must be at least 1")
     scheduled = _scheduled(schedule or {})
     sections = _sections(given_or_default(parameters), scheduled)
     options = Options(

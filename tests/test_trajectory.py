@@ -245,6 +245,8 @@ def test_a_film_that_could_never_solidify_is_an_error() -> None:
         ({"periods": 0}, "at least 1"),
         ({"periods": -1}, "at least 1"),
         ({"samples_per_period": 0}, "at least 1"),
+        ({"drive": 2e-6, "duration": 1.0, "samples": 0}, "samples must be at least 1"),
+        ({"drive": 2e-6, "duration": 1.0, "samples": -1}, "samples must be at least 1"),
         ({"start": "somewhere"}, "start must be one of"),
         ({"schedule": {"temperature": [200.0, 250.0], "X_m": [1e-6]}}, "temperature 2, drive"),
         ({"schedule": {"temperature": []}}, "equally many values, but have: temperature 0"),
