@@ -76,6 +76,8 @@ def read_table(document: Document, folder: Path) -> None:
     drive = document.section("simulation").get("drive")
     if not isinstance(drive, dict) or not isinstance(drive.get("table"), str):
         return
+    if drive.get("nodes") is not None:  # `Drive` refuses both
+        return
     try:
         drive["nodes"] = _nodes(drive.pop("table"), folder)
     except DataError as error:

@@ -74,6 +74,7 @@ def test_a_step_of_the_velocity_is_two_rows_at_one_time(tmp_path: Path) -> None:
     [
         ({"drive": {}}, {}, "must be one of velocity, table, nodes"),
         ({"drive": {"velocity": 1e-6, "nodes": [[0, 1e-6]]}}, {}, "must be one of"),
+        ({"drive": {"table": "a.csv", "nodes": [[0, 1e-6]]}}, {}, "must be one of"),
         ({"drive": {"speed": 1e-6}}, {}, "unknown key"),
         ({"drive": {"velocity": 1e-6}}, {}, "needs a `duration`"),
         ({"duration": 1}, {}, "belongs to a `drive`"),
