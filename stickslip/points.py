@@ -170,6 +170,9 @@ def _columns(points: Points) -> Mapping[Any, Any]:
                 f"{{'temperature': [200, 250]}}, or be a DataFrame, not {points!r}"
             )
         return points
+    if not points.columns.is_unique:  # a mapping would keep the last one
+        twice = points.columns[points.columns.duplicated()][0]
+        raise TypeError(f"the table has the column {twice!r} twice")
     if levels := [name for name in points.index.names if canonical_name(str(name))]:
         points = points.reset_index(level=levels)
     if points.index.nlevels > 1:

@@ -195,6 +195,11 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
         ValueError,
         "sample",
     ),
+    "a column twice": (
+        pd.DataFrame([[200.0, 250.0]], columns=["T", "T"]),
+        TypeError,
+        "the table has the column 'T' twice",
+    ),
     "a column of measurements": (
         pd.DataFrame({"T": [200.0], "friction": [1e-3]}),
         TypeError,
