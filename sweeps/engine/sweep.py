@@ -116,7 +116,7 @@ def sweep(
         folder.discard_leftovers()
         before = fingerprint(folder.output)
         if partial:
-            return _export(target, folder, policy, before)
+            return _export(target, folder, policy, before, keep_journal=keep_journal)
         decision = decide(target, folder, policy)
         if decision.complete is not None:
             ended = _ended(target, output, decision.complete, missing=0)
@@ -195,9 +195,14 @@ def _ended(target: Target, output: Path, written: Written, missing: int) -> Outc
 
 
 def _export(
-    target: Target, folder: RunFolder, policy: ExistingPolicy, before: list[int] | None
+    target: Target,
+    folder: RunFolder,
+    policy: ExistingPolicy,
+    before: list[int] | None,
+    *,
+    keep_journal: bool,
 ) -> Outcome:
-    """Write the finished points, and leave the journal for the rest.
+    """Write the finished points, and leave the journal for the rest, or if it is to be kept.
 
     Raises RefusalError if there are none, or if the output would lose points.
     """
@@ -213,7 +218,9 @@ def _export(
         written = JournaledResult(target, journal, folder, before).write()
         missing = int(np.count_nonzero(target.needed & ~journal.done))
         if not missing:
-            folder.remove()
+            if keep_journal:
+                journal.note(journal.manifest | {"finished": True})
+            folder.remove(keep_journal=keep_journal)
     return _ended(target, output, written, missing)
 
 

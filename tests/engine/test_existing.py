@@ -395,6 +395,16 @@ def test_partial_writes_finished_points_and_the_sweep_is_resumed(shell: Shell, a
     assert "b.nc.run" not in entries()
 
 
+def test_partial_keeps_the_journal_of_a_complete_sweep_if_asked(shell: Shell) -> None:
+    sweep = ("sweep", "a.yaml", "-o", "b.nc")
+    shell.ok(*sweep, "--keep-journal")
+    kept = sorted(Path("b.nc.run").iterdir())
+    shell.ok(*sweep, "--partial", "--keep-journal")
+    assert sorted(Path("b.nc.run").iterdir()) == kept
+    shell.ok(*sweep, "--partial")
+    assert not Path("b.nc.run").exists()
+
+
 def test_partial_of_nothing_is_refused(shell: Shell) -> None:
     code, _, err = shell("sweep", "a.yaml", "-o", "b.nc", "--partial")
     assert code == 2
