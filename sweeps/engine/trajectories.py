@@ -49,6 +49,7 @@ class AxisLeftError(ExpectedError, ValueError):
         choices = [f"--set {name}={values[0]!r}" for name, values in config.sweep.items()]
         if config.cases:
             choices.append("--set case=0")
+        choices += [f"--set {key}=null" for key in config.order()]  # no axis is left for them
         super().__init__(
             f"the config has {Grid.from_config(config).size} points, a trajectory is one: "
             f"pick it, for example with {' '.join(choices)}"

@@ -85,10 +85,13 @@ def test_a_trajectory_has_its_provenance(tmp_path: Path) -> None:
 
 AXIS = {"sweep": {"T": [200, 250], "gamma": [-0.5, 0]}}
 CASES = {"cases": {"X_m": [4e-7, 8e-7], "omega": [20, 10]}}
+REFINED = {"sweep": {"T": [200, 225, 250]}, "refine": {"axes": ["T"], "levels": 1}}
 
 
 @pytest.mark.parametrize(
-    ("parts", "points"), [(AXIS, 4), (CASES, 2), (AXIS | CASES, 8)], ids=["axes", "cases", "both"]
+    ("parts", "points"),
+    [(AXIS, 4), (CASES, 2), (AXIS | CASES, 8), (AXIS | {"follow": "T"}, 8), (REFINED, 3)],
+    ids=["axes", "cases", "both", "followed", "refined"],
 )
 def test_an_axis_left_is_refused_with_a_way_out_that_works(
     parts: dict[str, Any], points: int
