@@ -128,7 +128,10 @@ def _is_sound(document: Document, name: str, drawn: Distribution) -> bool:
 
 
 def _one_case(document: Document, config: Config, case: object) -> Config:
-    """Return a config whose linked parameters are fixed at the values of one case."""
+    """Return a config whose linked parameters are fixed at the values of one case.
+
+    What is left is no sample, so that a result does not describe itself as one.
+    """
     count = min(map(len, config.cases.values()), default=0)
     try:
         index = whole(case)
@@ -139,7 +142,8 @@ def _one_case(document: Document, config: Config, case: object) -> Config:
         document.refuse(str(error), "case")
         return config
     picked = {name: values[index] for name, values in config.cases.items()}
-    return config.model_copy(update={"model": config.model | picked, "cases": {}})
+    fixed = {"model": config.model | picked, "cases": {}, "sample": None}
+    return config.model_copy(update=fixed)
 
 
 def _refuse_repeats(document: Document) -> None:
@@ -291,7 +295,7 @@ def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
 def _judge_order(document: Document, config: Config, unsound: Collection[str]) -> None:
     """Refuse to follow or refine parameters that are not swept, or axes that do not allow it."""
     if follow := config.follow and _swept(document, config, config.follow, "follow"):
-        for message in _wrong_with_line(document, config, follow):
+        for message in _wrong_with_line(document, config, follow, unsound):
             document.refuse(message, "follow")
     if (refine := config.refine) and "refine" not in unsound:
         path = ("refine", "axes")
@@ -325,10 +329,13 @@ def _is_even(axis: Sequence[float]) -> bool:
     return any(np.allclose(steps := np.diff(s), steps.mean(), rtol=_EVEN, atol=0.0) for s in scales)
 
 
-def _wrong_with_line(document: Document, config: Config, name: str) -> Iterator[str]:
+def _wrong_with_line(
+    document: Document, config: Config, name: str, unsound: Collection[str]
+) -> Iterator[str]:
     """Yield the reasons why an axis cannot be followed."""
     for other in ("refine", "sample", "cases"):
-        if document.data.get(other):
+        is_left = getattr(config, other) or other in unsound  # no cases if one was picked
+        if document.data.get(other) and is_left:
             yield f"cannot be combined with `{other}`; leave one of them out"
     if config.noise.treatment == STOCHASTIC:
         yield f"cannot be combined with {_CHANCE}: random paths leave no state to continue from"

@@ -79,6 +79,13 @@ def test_an_impossible_follow_or_refine_is_refused(yaml: str, message: str) -> N
     assert re.search(message.replace("{", r"\{"), problem), problem
 
 
+@pytest.mark.parametrize("cases", ["cases: {K: [1e3, 2e3]}", "sample: {sobol: 4, K: [1e3, 2e3]}"])
+def test_an_axis_is_followed_for_one_of_several_cases(cases: str) -> None:
+    config = from_yaml(f"{NINE}follow: T\n{cases}\n", overrides=["case=1"])
+    assert (config.follow, config.cases, config.sample) == ("temperature", {}, None)
+    assert len(problems(f"{NINE}follow: T\n{cases}\n", "case=4")) == 2
+
+
 @pytest.mark.parametrize("axis", [[200, 210, 300], [200, 300, 250], [0, 1, 10], [-1, 1, 10]])
 def test_a_refined_axis_must_be_even(axis: list[float]) -> None:
     (problem,) = problems(f"sweep: {{x_0: {axis}}}\nrefine: {{axes: [x_0], levels: 1}}\n")
