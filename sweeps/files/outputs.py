@@ -47,6 +47,9 @@ SEAL = "request_sha256"
 
 _TRIAL = 1 << 14  # bytes; fewer may fit into the last block of a full disk
 
+# Endings of files that hold no request: tables, and configs.
+_TABLES = (".csv", ".parquet", ".yaml", ".yml")
+
 Writer = Callable[[Path], object]
 
 
@@ -97,7 +100,7 @@ class Outputs:
         self._request = None if request is None else _key(request, self.paths)
         self._overwrite, self._inputs, self._like = overwrite, inputs, like
         self._older, self._ways_out = replaces, ways_out
-        is_table = self.main.suffix != ".nc" and request is not None
+        is_table = self.main.suffix.lower() in _TABLES and request is not None
         self._compares = is_table if compares is None else compares
         self._before: dict[Path, list[int] | None] = {}
         self._replaced: set[Path] = set()
@@ -145,10 +148,11 @@ class Outputs:
         """
         if self._overwrite and not self.finished:
             return None
-        if self._recalled is None and self.main.suffix == ".nc" and self.main.is_file():
+        # A NetCDF file may have any ending.
+        if self._recalled is None and self._request is not None and self.main.is_file():
             with contextlib.suppress(StorageError):
                 ds = open_result(self.main)
-                if self._request and ds.attrs.get(SEAL) == _seal(self._request, ds):
+                if ds.attrs.get(SEAL) == _seal(self._request, ds):
                     self._recalled = ds
         return self._recalled
 
@@ -324,7 +328,8 @@ def same_content(one: Path, other: Path) -> bool:
     if filecmp.cmp(one, other, shallow=False):
         return True
     try:
-        return _SAME[one.suffix](one, other) if one.suffix in _SAME else False
+        same = _same_tables if one.suffix.lower() == ".parquet" else _same_datasets
+        return same(one, other)
     except (StorageError, OSError, ValueError):  # damaged, or of another format
         return False
 
@@ -348,9 +353,6 @@ def _same_tables(one: Path, other: Path) -> bool:
             return False
         batches = itertools.zip_longest(table.iter_batches(), there.iter_batches())
         return all(own is not None and own.equals(its) for own, its in batches)
-
-
-_SAME = {".nc": _same_datasets, ".parquet": _same_tables}
 
 
 def _key(request: Mapping[str, Any], paths: Sequence[Path]) -> str:

@@ -21,7 +21,8 @@ from support.sweeps.sweeping import Mishap, Shell, child, entries, hash_of
 
 from stickslip import stationary_orbits
 from sweeps import run
-from sweeps.files import outputs
+from sweeps.files import attributes, outputs
+from sweeps.files.netcdf import open_result
 from sweeps.files.outputs import same_content
 from sweeps.files.run_folder import RunFolder
 
@@ -281,6 +282,18 @@ def test_files_left_by_another_command_are_not_dropped_silently(
     assert "was stopped before s.nc had its name: stickslip simulate a.yaml -o s.nc; " in done.err
     shell.ok(*other, "--overwrite")
     assert entries() == sorted(["a.yaml", "box.yaml", "d.csv", "map.nc", "s.nc"])
+
+
+@pytest.mark.parametrize("name", ["simulate", "merge"])
+def test_a_netcdf_file_is_recognised_whatever_its_ending(
+    shell: Shell, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command = [*with_parts(shell, name).command[:-1], "file.dat"]
+    for second in range(2):
+        monkeypatch.setattr(attributes, "now", lambda n=second: f"2026-01-01T00:00:0{n}Z")
+        done = shell.ok(*command)
+    assert done.err.endswith(f"file.dat {messages.COMPLETE}\n")
+    assert open_result(Path("file.dat")).history.startswith("2026-01-01T00:00:00Z ")
 
 
 def test_an_edited_file_is_not_called_complete(shell: Shell) -> None:
