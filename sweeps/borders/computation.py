@@ -63,8 +63,9 @@ def numbered(values: Callable[[str], NDArray[np.generic]], kind: Kind) -> NDArra
     `values` returns a result variable by name, in any shape. The counts of an aperiodic motion are
     left out, because they depend on when it is observed.
     """
-    regime = values("regime").astype(np.int64)
-    known = np.isin(values("status"), _RESULTS) & (regime != RESULTS["regime"].missing)
+    missing = RESULTS["regime"].missing
+    regime = np.nan_to_num(values("regime"), nan=missing).astype(np.int64)  # NaN: masked by `ok`
+    known = np.isin(values("status"), _RESULTS) & (regime != missing)
     numbers = np.zeros(regime.shape, dtype=np.int64)
     for name, bits in _BITS.items():
         counts = name == "regime" or (kind == "orbit" and regime != Regime.APERIODIC)

@@ -204,6 +204,14 @@ def test_points_without_a_result_make_no_borders(line: xr.Dataset) -> None:
     assert part.stickslip.boundaries(1e-3).sizes["boundary_point"] == 2
 
 
+def test_a_result_masked_by_ok_has_the_same_borders(line: xr.Dataset) -> None:
+    failed = line.copy(deep=True)
+    failed["status"][13] = Status.NOT_STATIONARY
+    failed["regime"][13] = Regime.UNKNOWN
+    found, masked = (ds.stickslip.boundaries(1e-2) for ds in (failed, failed.stickslip.ok()))
+    assert found.drop_attrs().equals(masked.drop_attrs())
+
+
 def test_a_fitted_curve_has_borders_as_its_sweep_has(line: xr.Dataset) -> None:
     """The data and parameters of a fit have further dimensions."""
     part = line.sel(angular_frequency=slice(44, 50))
