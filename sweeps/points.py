@@ -153,6 +153,8 @@ class Point:
         """
         orbit = self.orbit()
         start = start or ("stationary" if orbit.status.is_result else "initial")
+        if start == "stationary" and not orbit.status.is_result:
+            raise IntegrationError(orbit.status, "No stationary start: ")
         shown = {
             "periods": periods_of(orbit) if periods is None else periods,
             "start": start,

@@ -204,6 +204,9 @@ def test_a_failed_point_shows_the_motion_from_its_start() -> None:
     assert point.status is Status.NOT_STATIONARY
     assert point.differences() == {}
     assert point.simulate().lower_displacement.values[0] == 0.0
+    with pytest.raises(IntegrationError, match="No stationary start: ") as caught:
+        point.simulate(start="stationary")
+    assert caught.value.status is Status.NOT_STATIONARY
     with pytest.raises(IntegrationError):
         point_of(run(MAP | {"integrator": {"max_steps": 10}}), T=200, gamma=0).simulate()
 
