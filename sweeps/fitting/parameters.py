@@ -103,14 +103,18 @@ def _free(variable: ParameterVariable, fixed: Parameters, limits: Range) -> Free
     if variable.measured_in is None:
         return _logarithmic(variable, start, limits)
     unit = abs(math.prod(getattr(fixed, other) for other in variable.measured_in))
-    lower, upper = limits or (variable.lower, variable.upper)
-    lower, upper = lower / unit, upper / unit
-    margin = _MARGIN if limits is None and variable.lower_open else 0.0
-    middle = (lower + upper) / 2.0 if start is None else start / unit
+    if not unit:
+        others = " and ".join(variable.measured_in)
+        raise FreeError(f"{variable.name} varies in units of {others}, which must not be 0")
+    if limits is not None:
+        low, high = box = (limits[0] / unit, limits[1] / unit)
+        middle = (low + high) / 2.0 if start is None else start / unit
+        return FreeParameter(variable.name, PLAIN, 1.0, unit, middle, low, high, box)
+    lower, upper, middle = variable.lower / unit, variable.upper / unit, start / unit
+    margin = _MARGIN if variable.lower_open else 0.0
     low = max(lower + margin, middle - _FAR_PLAIN)
     high = min(upper, middle + _FAR_PLAIN)
-    near = _FAR_PLAIN if limits else _NEAR_PLAIN
-    box = (max(low, middle - near), min(middle + near, high))
+    box = (max(low, middle - _NEAR_PLAIN), min(middle + _NEAR_PLAIN, high))
     middle = min(max(middle, low), high)
     return FreeParameter(variable.name, PLAIN, 1.0, unit, middle, low, high, box)
 

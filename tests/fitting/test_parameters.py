@@ -38,6 +38,20 @@ def test_trials_stay_in_a_given_range() -> None:
     assert phi.start == 0.0
 
 
+@pytest.mark.parametrize("start", [-0.5, 0.5, 4.9])
+def test_a_wide_range_on_a_plain_scale_is_not_cut(start: float) -> None:
+    fixed = START._replace(rheological_index=start)
+    gamma, x_0 = free_parameters({"gamma": (0.0, 5.0), "x_0": (-8e-6, 8e-6)}, fixed, [])
+    assert (gamma.lower, gamma.upper) == gamma.box == (0.0, 5.0)
+    assert gamma.lower < gamma.start < gamma.upper
+    assert x_0.box == pytest.approx((-10.0, 10.0))  # in units of X_m
+
+
+def test_a_unit_of_0_is_refused() -> None:
+    with pytest.raises(FreeError, match="in units of quartic_coefficient, which must not be 0"):
+        free_parameters("d", START._replace(quartic_coefficient=0.0, sextic_coefficient=850.0), [])
+
+
 @pytest.mark.parametrize(
     ("free", "columns", "message"),
     [
