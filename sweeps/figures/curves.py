@@ -15,14 +15,13 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.variables import PARAMETERS, RESULTS
-from sweeps.charts.axes import MANY, Axis, Layout, axis_of, thinned
+from sweeps.charts.axes import MANY, Axis, Layout, axis_of, coordinate_of, thinned
 from sweeps.charts.chart import Curve, axis_limits, break_line, curves_of, range_with_bands
 from sweeps.charts.colours import BLACK, SINGLE, CurveStyle, hue_of, way_style
 from sweeps.charts.labels import (
     DIRECTIONS,
     Array,
     legend_label,
-    parameters_along,
     shown,
     shown_number,
 )
@@ -189,10 +188,9 @@ def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) 
     A measured value has the colour of the curve with its hue, or is white if there is no hue.
     Raises ValueError if the data lack the parameter of the horizontal axis.
     """
-    along = parameters_along(panel.dataset, axis.dim)
-    across = next((name for name in along if name in data.parameters), None)
-    if across is None:
-        raise ValueError(f"the data have no column {axis.dim}, which is the horizontal axis")
+    across = str(coordinate_of(panel.dataset, axis.dim).name)
+    if across not in data.parameters:
+        raise ValueError(f"the data have no column {across}, which is the horizontal axis")
     own = np.array([name == panel.variable for name in data.variable])
     here = np.ones(data.rows, dtype=bool)
     for name, values in data.parameters.items():

@@ -20,6 +20,7 @@ from support.pictures import (
 )
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
+from sweeps import run
 from sweeps.figures import Look, PlotOptions, draw, save
 from sweeps.figures.look import range_of, size_of
 from sweeps.measurements import read_data
@@ -250,6 +251,18 @@ def test_measured_points_lie_over_the_curve_of_their_parameters(ds):
         drawn(ds, FORCE, x="T", y="K", data=read_data(table))
     with pytest.raises(ValueError, match="the data have no column temperature"):
         drawn(ds, FORCE, x="T", hue="K", data=read_data({"K": [1000.0], "F_max": [1e-3]}))
+
+
+def test_measured_points_lie_over_the_parameter_that_linked_cases_show():
+    linked = {"X_m": [4e-7, 4e-7, 8e-7], "omega": [5.0, 10.0, 20.0]}
+    ds = run({"cases": linked})
+    data = read_data(linked | {"F_max": ds[FORCE].values.tolist()})
+    (axes,) = panels(drawn(ds, FORCE, data=data))
+    assert axes.get_xlabel().startswith(r"$\omega$")  # X_m is not different in all cases
+    (points,) = axes.containers
+    np.testing.assert_array_equal(points.lines[0].get_xdata(), [5.0, 10.0, 20.0])
+    with pytest.raises(ValueError, match="the data have no column angular_frequency"):
+        drawn(ds, FORCE, data=read_data({"X_m": [4e-7], "F_max": [1e-3]}))
 
 
 def with_regimes(ds):
