@@ -20,6 +20,7 @@ from stickslip.options import options_for_orbits
 from stickslip.parameters import Parameters
 from stickslip.points import orbit_rows, places_of, rows_of
 from stickslip.regime import Regime
+from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ PARAMETER, RESULT, BOUND = "parameter", "result", "bound"
 LARGEST_MISSING = 0.02
 """The default of the largest share of base points that may lack a result."""
 
-_REGIME = RESULT_COLUMNS.index("regime")
+_REGIME, _STATUS = RESULT_COLUMNS.index("regime"), RESULT_COLUMNS.index("status")
+_WITH_RESULT = [int(status) for status in Status if status.is_result]
 
 # Results that differ by less than this, relative to the largest, differ by rounding alone.
 _EQUAL = 1e-12
@@ -84,13 +86,16 @@ def sensitivity_indices(
         `total_order_interval`, with the further dimension `bound`; `mean` and `standard_deviation`
         of each result, in its unit; `regime_share`, the share of all points in each `regime`; the
         box as `low`, `high` and `logarithmic` over `parameter`. Indices are NaN for a result that
-        does not vary. The attributes give the number of base points, and of those left out.
+        does not vary, and intervals for one that varies at so few points that a sample of the
+        bootstrap has none of them. The attributes give the number of base points, and of those left
+        out.
 
     Raises
     ------
     BoxError
-        The box has no range or an invalid one, a result is unknown, the number of base points is
-        not a power of 2, or the share of those without a result exceeds `largest_missing`.
+        The box has no range or an invalid one, a result is unknown or named twice, a level or share
+        is out of range, the number of base points is not a power of 2, or the share of those
+        without a result exceeds `largest_missing`.
     ParameterError, TypeError, OptionError, NoiseError
         As for `stationary_orbits`.
     """
@@ -115,6 +120,8 @@ def results_named(of: str | Iterable[str]) -> list[str]:
         what = f"there is no result {', '.join(unknown)}" if unknown else "no result is named"
         numbers = [name for name in RESULTS if name not in ("status", "regime")]
         raise BoxError(f"of: {what}; there are {', '.join(numbers)}")
+    if twice := [name for name in dict.fromkeys(names) if names.count(name) > 1]:
+        raise BoxError(f"of: {', '.join(twice)} is named twice; leave one out")
     return names
 
 
@@ -122,6 +129,14 @@ def refuse_confidence(confidence: float) -> None:
     """Raise BoxError for a confidence level that is not between 0 and 1."""
     if not 0.0 < confidence < 1.0:
         raise BoxError(f"confidence must be between 0 and 1, not {confidence:g}")
+
+
+def refuse_share(largest_missing: float) -> None:
+    """Raise BoxError for a share of missing base points that is not from 0 to 1."""
+    if not 0.0 <= largest_missing <= 1.0:
+        raise BoxError(
+            f"the largest share of missing base points must be from 0 to 1, not {largest_missing:g}"
+        )
 
 
 def indices_of(
@@ -137,9 +152,12 @@ def indices_of(
     import xarray as xr
 
     refuse_confidence(confidence)
+    refuse_share(largest_missing)
     shape = (len(design.box) + 2, -1)
     outputs = np.stack([rows[:, RESULT_COLUMNS.index(r)].reshape(shape) for r in results])
-    used = np.asarray(np.isfinite(outputs).all(axis=(0, 1)))
+    # Counts of a point without a result are finite: -1, or the periods in vain.
+    computed = np.isin(rows[:, _STATUS], _WITH_RESULT).reshape(shape)
+    used = np.asarray((np.isfinite(outputs) & computed).all(axis=(0, 1)))
     lost = int((~used).sum())
     if lost > largest_missing * used.size or used.sum() < 2:
         raise BoxError(
@@ -192,29 +210,37 @@ def _estimate(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the indices (2, d) of one result (d + 2, n), and their intervals (2, d, 2).
 
-    First come the first-order, then the total indices; all are NaN if the result does not vary.
+    First come the first-order, then the total indices; all are NaN if the result does not vary. An
+    interval is NaN if the result does not vary in a sample of the bootstrap.
     """
     from scipy.stats import bootstrap
 
     parameters = len(values) - 2
-    if np.ptp(values) <= _EQUAL * np.abs(values).max():
+    least = _EQUAL * np.abs(values).max()
+    if np.ptp(values) <= least:
         return np.full((2, parameters), np.nan), np.full((2, parameters, 2), np.nan)
     # The mean is subtracted because the variance of the estimate would grow with it.
     centred = values - values[:2].mean()
     indices = saltelli(centred)
+
+    def resampled(drawn: NDArray[np.intp]) -> NDArray[np.float64]:
+        sample = centred[:, drawn]
+        return saltelli(sample) if np.ptp(sample) > least else np.full_like(indices, np.nan)
+
     with warnings.catch_warnings():
         # A parameter without influence has the index 0 in every sample, and so no interval.
         warnings.filterwarnings("ignore", "The BCa confidence interval cannot be calculated")
         warnings.filterwarnings("ignore", "invalid value", RuntimeWarning)
         found = bootstrap(
             (np.arange(values.shape[1]),),
-            lambda drawn: saltelli(centred[:, drawn]),
+            resampled,
             confidence_level=confidence,
             vectorized=False,
             rng=rng,
         ).confidence_interval
     intervals = np.stack([found.low, found.high], axis=-1)
-    return indices, np.where(np.isnan(intervals), indices[..., None], intervals)
+    without_influence = (values[2:] == values[0]).all(axis=1)[:, None]
+    return indices, np.where(without_influence, indices[..., None], intervals)
 
 
 def saltelli(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 
 from stickslip.boxes import BoxError, Design
 from stickslip.datasets import parameter_scalars
-from stickslip.indices import LARGEST_MISSING, indices_of, refuse_confidence, results_named
+from stickslip.indices import (
+    LARGEST_MISSING,
+    indices_of,
+    refuse_confidence,
+    refuse_share,
+    results_named,
+)
 from sweeps.config.load import Config
 from sweeps.engine.run import compute
 from sweeps.exits import ExpectedError
@@ -43,6 +49,7 @@ class Request:
         with _refusals():
             results_named(self.of)
             refuse_confidence(self.confidence)
+            refuse_share(self.largest_missing)
             object.__setattr__(self, "design", _design_of(self.config))
 
     def computed(self, *, progress: bool = False) -> xr.Dataset:
@@ -103,7 +110,7 @@ def _design_of(config: Config) -> Design:
 def summary_of(ds: xr.Dataset) -> str:
     """Return the indices as a table for people, with the number of points behind them."""
     used = ds.attrs["base_points"] - ds.attrs["base_points_without_result"]
-    percent = round(100 * ds.attrs["confidence_level"])
+    percent = f"{100 * ds.attrs['confidence_level']:g}"
     rows = f"{counted(ds.attrs['points'], 'point')}, {used} of {ds.attrs['base_points']}"
     lines = [f"{rows} base points used; {percent} % intervals"]
     shares = ds.regime_share[ds.regime_share > 0].sortby(ds.regime_share, ascending=False)
@@ -124,5 +131,7 @@ def summary_of(ds: xr.Dataset) -> str:
 def _cell(index: xr.DataArray, interval: xr.DataArray) -> str:
     if index.isnull():
         return f"{'does not vary':<21}"
+    if interval.isnull().any():
+        return f"{float(index):5.2f} {'no interval':<15}"
     low, high = interval.values
     return f"{float(index):5.2f} [{low:5.2f}, {high:5.2f}]"

@@ -13,6 +13,7 @@ from stickslip.boxes import BoxError, Design
 from stickslip.distributions import Range
 from stickslip.indices import indices_of, saltelli
 from stickslip.regime import Regime
+from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 
 FORCE = RESULT_COLUMNS.index("friction_force_amplitude")
@@ -102,6 +103,26 @@ def test_a_parameter_without_influence_has_the_index_0(design: Design) -> None:
     ds = indices_of(design, rows, ["friction_force_amplitude"])
     assert ds.total_order[0].values[2] == 0.0
     assert ds.total_order_interval[0, 2].values.tolist() == [0.0, 0.0]
+
+
+def test_a_result_that_varies_at_few_points_has_no_intervals(design: Design) -> None:
+    values = np.zeros((5, 1024))
+    values[:, :4] = ishigami(design)[:, :4]
+    ds = indices_of(
+        design, rows_with(friction_force_amplitude=values), ["friction_force_amplitude"]
+    )
+    assert ds.total_order.notnull().all()
+    assert ds.first_order_interval.isnull().all()  # a sample may have none of the four points
+    assert ds.total_order_interval.isnull().all()
+
+
+def test_counts_of_points_without_a_result_do_not_enter(design: Design) -> None:
+    counts = np.round(4.0 + ishigami(design))
+    statuses = np.zeros_like(counts)
+    counts[2, 7], statuses[2, 7] = -1.0, Status.FAILED
+    ds = indices_of(design, rows_with(melting_count=counts, status=statuses), ["melting_count"])
+    assert ds.attrs["base_points_without_result"] == 1
+    assert float(ds["mean"][0]) == pytest.approx(np.delete(counts[:2], 7, axis=1).mean())
 
 
 def test_a_mixture_has_one_parameter_of_the_other_matrix(design: Design) -> None:

@@ -25,7 +25,7 @@ def indices(ds: xr.Dataset) -> Figure:
         _draw_bars(ds.sel(result=name).isel(parameter=order), axes)
         axes.set_title(VARIABLES[name].meaning)
     panels[0, 0].legend(loc="lower right", frameon=False)
-    percent = round(100 * ds.attrs["confidence_level"])
+    percent = f"{100 * ds.attrs['confidence_level']:g}"
     used = ds.attrs["base_points"] - ds.attrs["base_points_without_result"]
     put_note(figure, [f"{used} base points, {percent} % intervals"])
     return figure

@@ -9,7 +9,12 @@ import pytest
 from support.sweeps.commands import Command
 
 from stickslip import sensitivity_indices
+from stickslip.boxes import Design
+from stickslip.distributions import Range
+from stickslip.indices import indices_of
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.netcdf import open_result
+from sweeps.sensitivity import summary_of
 
 BOX = """\
 model: {gamma: 0}
@@ -42,6 +47,15 @@ def test_the_command_writes_the_indices_of_the_function(command: Command) -> Non
     command.ok("plot", "i.nc", "-o", "again.svg")
 
 
+def test_the_summary_gives_the_level_in_full_and_says_where_no_interval_is_known() -> None:
+    design = Design.of({"temperature": Range(280.0, 300.0)}, 16, 3)
+    rows = np.zeros((48, len(RESULT_COLUMNS)))
+    rows[0, RESULT_COLUMNS.index("solid_fraction")] = 1.0
+    lines = summary_of(indices_of(design, rows, ["solid_fraction"], confidence=0.999)).splitlines()
+    assert lines[0] == "48 points, 16 of 16 base points used; 99.9 % intervals"
+    assert lines[-1].count("no interval") == 2
+
+
 @pytest.mark.parametrize(
     ("changed", "arguments", "message"),
     [
@@ -49,7 +63,9 @@ def test_the_command_writes_the_indices_of_the_function(command: Command) -> Non
         (BOX + "sweep: {K: [500, 900]}\n", (), "leave out `sweep`"),
         (BOX.replace("16", "20"), (), "power of 2"),
         (BOX, ("--of", "force"), "no result force; there are elastic_stress_amplitude"),
+        (BOX, ("--of", "asymmetry", "--of", "asymmetry"), "asymmetry is named twice"),
         (BOX, ("--confidence", "95"), "confidence must be between 0 and 1, not 95"),
+        (BOX, ("--largest-missing", "2"), "must be from 0 to 1, not 2"),
     ],
 )
 def test_configs_and_options_without_indices_are_refused(
