@@ -61,7 +61,7 @@ class Measurements:
     @property
     def rows(self) -> int:
         """The number of rows; each is one point."""
-        return len(next(iter(self.parameters.values()))) if self.parameters else 1
+        return max(map(len, self.parameters.values()), default=int(self.row.max()) + 1)
 
 
 def read_data(source: Table) -> Measurements:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from sweeps import fit
 from sweeps.measurements import DataError, read_data
 
 FIVE = """\
@@ -59,6 +60,14 @@ def test_without_errors_they_are_relative() -> None:
     assert data.relative
     np.testing.assert_array_equal(data.error, data.value)
     np.testing.assert_array_equal(data.row, [0, 1, 0])
+
+
+def test_a_point_may_be_measured_again_and_again_without_a_parameter() -> None:
+    data = read_data({"F_max": [2.9e-3, 2.8e-3, 3.0e-3]})
+    assert data.rows == 3
+    ds = fit({"F_max": [2.9e-3, 2.8e-3, 3.0e-3]}, "k")
+    np.testing.assert_array_equal(ds.datum_row, [0, 1, 2])
+    assert ds.fitted_value.values == pytest.approx(2.9e-3, rel=0.01)
 
 
 def test_five_mistakes_are_reported_at_once(
