@@ -110,8 +110,8 @@ def posterior_of(
 ) -> Posterior:
     """Return draws of the free parameters, as often as probable, from all basins seen in a search.
 
-    Raises PosteriorError if the fit is exact, so that errors are unknown, or if too many trials
-    lack a value.
+    Raises PosteriorError if the fit is exact, so that errors are unknown, or lacks a value, or if too
+    many trials do.
     """
     import emcee
     from emcee import moves
@@ -119,6 +119,12 @@ def posterior_of(
     if search.is_exact(fit) or not fit.scale > 0.0:
         raise PosteriorError(
             "the fit matches the data exactly: without errors there are no probabilities"
+        )
+    if not fit.trial.is_whole:
+        raise PosteriorError(
+            f"{int((~fit.trial.known).sum())} of {fit.trial.known.size} data "
+            "have no fitted value: without their orbits the draws would be biased; give narrower "
+            "ranges, or leave out data that no orbit describes"
         )
     rng = np.random.default_rng(_SEED)
     count = max(WALKERS, 8 * len(search.model.free))

@@ -38,6 +38,7 @@ _LEAST_RISE = 1e-3  # a smaller rise does not show the distance
 _CLOSE, _TRIES = 0.01, 24  # relative error allowed in the rise at an end of the profile; attempts
 _JUST_BEYOND = 1.05  # factor that keeps trials at the ends of an interval within it
 _PART = 0.1  # a parameter takes part in a direction if its component is larger than this
+_LEAST_FALL = 1e-12 - 1.0  # of chi2, as a fraction; it cannot fall below 0
 _AT_BOUND = 1e-3  # fraction of the distance between the bounds
 
 
@@ -271,11 +272,13 @@ def log_likelihood(fit: Fit, trial: Trial, cost: float | None = None) -> float:
     """Return the logarithm of the likelihood of a trial, relative to the minimum.
 
     If errors are known only from the residuals, it holds for any common factor of the errors.
-    `cost` replaces the cost of the trial.
+    `cost` replaces the cost of the trial. If it leaves out data that the fit counts, it may be 0 or
+    lie far below; the logarithm is then large, but finite.
     """
     above = (trial.cost if cost is None else cost) - fit.trial.cost
     if fit.model.data.relative:
-        return -float(fit.trial.known.sum()) / 2.0 * math.log1p(above / fit.trial.chi2)
+        rise = max(above / fit.trial.chi2, _LEAST_FALL)
+        return -float(fit.trial.known.sum()) / 2.0 * math.log1p(rise)
     return -above / (2.0 * fit.scale)
 
 

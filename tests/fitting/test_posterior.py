@@ -19,7 +19,7 @@ from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import Search
 from sweeps.fitting.parameters import PLAIN, FreeError, FreeParameter, priors_of
 from sweeps.fitting.posterior import PosteriorError, posterior_of
-from sweeps.fitting.statistics import Statistics
+from sweeps.fitting.statistics import Statistics, log_likelihood
 from sweeps.fitting.trials import Trial
 from sweeps.measurements import Floats, read_data
 
@@ -142,6 +142,19 @@ def test_trials_without_a_value_are_counted_and_many_are_refused() -> None:
     assert rarely.lost == 0.0  # their other data rule them out
     with pytest.raises(PosteriorError, match=r"% of the trials lack a value that could make them"):
         drawn_from(Hills(plane, lacking=lambda u: bool(u[0] > 1.0)))
+
+
+def test_a_fit_without_all_values_has_no_posterior() -> None:
+    with pytest.raises(PosteriorError, match="1 of 2 data have no fitted value"):
+        drawn_from(Hills(plane, lacking=lambda _: True))
+
+
+def test_a_trial_without_any_value_may_be_as_probable_as_can_be() -> None:
+    model: Any = Hills(plane, relative=True)
+    minimum = model.trial(np.zeros(2))
+    fit = Fit(model, minimum, np.eye(2), np.zeros(2, dtype=bool))
+    assert log_likelihood(fit, minimum) == 0.0
+    assert 20.0 < log_likelihood(fit, minimum, cost=0.0) < math.inf
 
 
 def test_r_hat_is_1_only_if_walkers_agree() -> None:
