@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.distributions import Distribution, distribution_of
 from stickslip.parameters import Parameters
 from stickslip.variables import BY_SYMBOL, PARAMETERS, ParameterVariable, canonical_name
+from sweeps.config.numbers import number
 from sweeps.exits import ExpectedError
 from sweeps.human import did_you_mean
 from sweeps.measurements import Floats
@@ -98,7 +99,7 @@ def free_parameters(free: Free, fixed: Parameters, columns: Iterable[str]) -> li
 def _free(variable: ParameterVariable, fixed: Parameters, limits: Range) -> FreeParameter:
     start = getattr(fixed, variable.name)
     if limits is not None:
-        _refuse_range(variable, limits)
+        limits = _range(variable, limits)
         start = start if limits[0] <= start <= limits[1] else None
     if variable.measured_in is None:
         return _logarithmic(variable, start, limits)
@@ -134,9 +135,14 @@ def _logarithmic(variable: ParameterVariable, start: float | None, limits: Range
     return FreeParameter(name, LOGARITHMIC, sign, 1.0, middle, middle - far, middle + far, box)
 
 
-def _refuse_range(variable: ParameterVariable, limits: tuple[float, float]) -> None:
-    low, high = limits
-    for limit in limits:
+def _range(variable: ParameterVariable, limits: Any) -> tuple[float, float]:
+    try:
+        low, high = map(float, limits)
+    except (TypeError, ValueError):
+        raise FreeError(
+            f"the range of {variable.name} must be (lowest, highest), not {limits!r}"
+        ) from None
+    for limit in (low, high):
         if complaint := variable.complaint(limit):
             raise FreeError(f"the range of {variable.name}: {complaint}")
     if not low < high:
@@ -145,6 +151,16 @@ def _refuse_range(variable: ParameterVariable, limits: tuple[float, float]) -> N
         raise FreeError(
             f"the range of {variable.name} must not contain 0, since its logarithm is fitted"
         )
+    return low, high
+
+
+def _computed(written: Any) -> Any:
+    """Return a prior with fractions such as the text `-2/3`, which configs allow, as numbers."""
+    if isinstance(written, Mapping):
+        return {kind: _computed(numbers) for kind, numbers in written.items()}
+    if isinstance(written, (list, tuple)):
+        return [number(each) if isinstance(each, str) else each for each in written]
+    return written
 
 
 def priors_of(priors: Mapping[str, Any], free: Iterable[FreeParameter]) -> dict[str, Distribution]:
@@ -160,7 +176,7 @@ def priors_of(priors: Mapping[str, Any], free: Iterable[FreeParameter]) -> dict[
         if name in found:
             raise FreeError(f"two priors of {name}, by name and by symbol; leave one out")
         try:
-            found[name] = distribution_of(name, written)
+            found[name] = distribution_of(name, _computed(written))
         except ValueError as error:
             raise FreeError(f"the prior of {name}: {error}") from None
     return found

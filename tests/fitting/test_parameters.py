@@ -6,8 +6,9 @@ import math
 
 import pytest
 
+from stickslip.distributions import Normal
 from stickslip.parameters import Parameters
-from sweeps.fitting.parameters import FreeError, free_parameters
+from sweeps.fitting.parameters import FreeError, free_parameters, priors_of
 
 START = Parameters()
 
@@ -61,6 +62,8 @@ def test_a_unit_of_0_is_refused() -> None:
         ([], [], "no parameter is free"),
         ("d", [], None),
         ({"k": (1e5, 1e4)}, [], "must rise"),
+        ({"k": [1e4]}, [], "must be (lowest, highest), not [10000.0]"),
+        ({"k": 1e4}, [], "must be (lowest, highest), not 10000.0"),
         ({"T": (0.0, 300.0)}, [], "must not contain 0"),
         ({"gamma": (-1.0, 0.0)}, [], "the range of rheological_index: must be greater than -1"),
     ],
@@ -74,6 +77,15 @@ def test_parameters_that_cannot_be_free(
     with pytest.raises(FreeError) as raised:
         free_parameters(free, START, columns)
     assert message in str(raised.value)
+
+
+def test_priors_may_be_fractions_as_in_configs() -> None:
+    (free,) = free_parameters("gamma", START, [])
+    prior = priors_of({"gamma": {"normal": ["-2/3", 0.1]}}, [free])["rheological_index"]
+    assert isinstance(prior, Normal)
+    assert prior.middle == -2 / 3
+    with pytest.raises(FreeError, match="the prior of rheological_index: must be a number"):
+        priors_of({"gamma": {"normal": ["about 1", 0.1]}}, [free])
 
 
 def test_a_logarithm_needs_a_start() -> None:
