@@ -114,6 +114,9 @@ def _in_python(source: Any) -> Cells:
             listed = ", ".join(f"{name} {size}" for name, (size,) in sizes.items())
             raise DataError(f"columns need equally many values, but have: {listed}") from None
         raise DataError("each column must be a list of numbers, one for each row") from None
+    # Parameters in the index, which `set_index` and `groupby` put there, are columns.
+    inside = [name for name in frame.index.names if name is not None and name not in frame]
+    frame = frame.reset_index([name for name in inside if _role(str(name))])
     if frame.empty:
         raise DataError("the table holds no data")
     cells = frame.astype(object).where(frame.notna(), "").to_numpy().tolist()

@@ -70,6 +70,13 @@ def test_a_point_may_be_measured_again_and_again_without_a_parameter() -> None:
     assert ds.fitted_value.values == pytest.approx(2.9e-3, rel=0.01)
 
 
+def test_parameters_in_the_index_of_a_table_are_columns() -> None:
+    table = pd.DataFrame({"run": [1, 2], "T": [200.0, 210.0], "F_max": [3e-3, 2e-3]})
+    for index in ("T", ["run", "T"]):
+        frame = table.set_index(index).drop(columns="run", errors="ignore")
+        np.testing.assert_array_equal(read_data(frame).parameters["temperature"], [200.0, 210.0])
+
+
 def test_five_mistakes_are_reported_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
