@@ -110,8 +110,8 @@ def posterior_of(
 ) -> Posterior:
     """Return draws of the free parameters, as often as probable, from all basins seen in a search.
 
-    Raises PosteriorError if the fit is exact, so that errors are unknown, or lacks a value, or if too
-    many trials do.
+    Raises PosteriorError if the fit is exact, so that errors are unknown, or if the fit or too many
+    trials lack a value.
     """
     import emcee
     from emcee import moves
