@@ -78,8 +78,13 @@ def asks_for_bands(ds: xr.Dataset, choice: Choice, variables: Sequence[str]) -> 
 def medians_of(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
     """Return quantiles as curves (the medians and the ends of bands), and notes that explain them.
 
-    Raises ValueError if the median is not among the quantiles.
+    Raises ValueError if the quantiles have no axis, or if the median is not among them.
     """
+    if ds.sizes.keys() <= {QUANTILE}:
+        raise ValueError(
+            "quantiles are drawn as curves, and these have no axis: they are numbers of a single "
+            "point; draw the result itself to see its cases"
+        )
     levels = ds[QUANTILE].values
     if not np.isclose(levels, 0.5).any():
         raise ValueError("the curve of quantiles is the median, so 0.5 must be one of the levels")

@@ -98,6 +98,15 @@ def test_curves_of_quantiles_need_the_median():
         medians_of(quantiles_of(over_temperatures(4), [0.1, 0.9]))
 
 
+def test_quantiles_of_a_single_point_are_no_curves():
+    found = quantiles_of(random_cases(64, spring_stiffness=(1e3, 5e3)))
+    with pytest.raises(ValueError, match="these have no axis"):
+        draw(found, "amplitudes")
+    several = quantiles_of(over_temperatures())
+    with pytest.raises(ValueError, match="these have no axis"):
+        draw(several, None, PlotOptions(F, at=("T=200",)))
+
+
 def test_random_cases_over_their_own_parameters_stay_points():
     figure = draw(over_temperatures(), options=PlotOptions(F, x="spring_stiffness"))
     assert not figure.axes[0].lines
