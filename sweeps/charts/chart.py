@@ -218,12 +218,15 @@ class Cloud:
 Chart: TypeAlias = Cells | Curves | Cloud
 
 
-def chart_of(result: xr.Dataset, choice: Choice, *, of_values: bool = False) -> Chart:
+def chart_of(
+    result: xr.Dataset, choice: Choice, *, of_values: bool = False, named: bool = True
+) -> Chart:
     """Return the chart of one variable of a result.
 
     Axes without room in the chart are cut at their first point, and the scales are those of the
     whole result. For cases in no order, `of_values` puts the variable itself on the vertical axis,
-    over a parameter. Raises ValueError for a choice of axes that cannot be drawn.
+    over a parameter. The points of short axes may be `named`. Raises ValueError for a choice of
+    axes that cannot be drawn.
     """
     (name,) = choice.variables
     part = result.isel(dict.fromkeys(further_axes(result, choice), 0))
@@ -231,11 +234,11 @@ def chart_of(result: xr.Dataset, choice: Choice, *, of_values: bool = False) -> 
     if cases_to_scatter(result, choice):
         return _cloud_of_result(result, part, choice, of_values=of_values)
     layout = _layout(result, choice)
-    across = axis_of(part, str(layout.x), named=True)
+    across = axis_of(part, str(layout.x), named=named)
     if layout.y or is_discrete(result, name):
         if layout.y is None:
             part = part.expand_dims(STRIP)
-        up = axis_of(part, layout.y or STRIP, named=True)
+        up = axis_of(part, layout.y or STRIP, named=named)
         return cells_of(part, across, up, colours_of(result, name, log=log))
     ends = axis_limits(*value_range(result, name, log=log), log=log)
     part = part.isel({across.dim: across.order})

@@ -94,7 +94,8 @@ def draw_maps(
     if layout.y is None:
         ds = ds.expand_dims(STRIP)
     across = axis_of(ds, str(layout.x), log="x" in scales)
-    up = axis_of(ds, layout.y or STRIP, log="y" in scales, named=True)
+    # Borders lie between the values of an axis, and names have no place there.
+    up = axis_of(ds, layout.y or STRIP, log="y" in scales, named=borders is None)
     drawn = facet_panels(ds, layout, variables, of_axes=True)
     kinds: list[Line2D] = []
     logarithmic: list[str] = []

@@ -133,7 +133,7 @@ def page_of(
     part, where = _part_of(ds, name, at)
     if borders is not None:
         _refuse_other_borders(part, borders)
-    part = ordered(part)
+    part = ordered(part, named=borders is None)
     chosen = chosen_points(part, orbits)
     count = itertools.count()
     if chosen.size:
@@ -155,7 +155,7 @@ def served(subject: Subject) -> bytes:
     result, data, hosts = subject.result, dict(_EMPTY), dict[str, Model]()
     parts = dict.fromkeys(_PARTS, "")
     if result is not None:
-        part = ordered(_part_of(result, subject.name, ())[0])
+        part = ordered(_part_of(result, subject.name, ())[0], named=subject.borders is None)
         more, data, hosts = _of_result(part, subject.name, (), subject.borders, with_orbits=True)
         parts |= more | _facts(part, result, subject.name, "", ())
     data["live"] = {

@@ -78,14 +78,14 @@ class View:
         return Choice(variable, self.across, self.up, log="z" if scale == "log" else "")
 
 
-def ordered(ds: xr.Dataset) -> xr.Dataset:
+def ordered(ds: xr.Dataset, *, named: bool = True) -> xr.Dataset:
     """Return the result with rising values along its axes and without dimensions of one point.
 
-    Cases in no order stay as they are.
+    Cases in no order stay as they are, and so do the points of short axes if they are `named`.
     """
     ds = ds.squeeze()
     rising = [dim for dim in map(str, ds["status"].dims) if not _is_unordered(ds, dim)]
-    return ds.isel({dim: axis_of(ds, dim, named=True).order for dim in rising})
+    return ds.isel({dim: axis_of(ds, dim, named=named).order for dim in rising})
 
 
 def views_of(ds: xr.Dataset) -> list[View]:
@@ -130,7 +130,10 @@ def sheets_of(
     """Yield the sheet of a view for each scale; the borders are drawn on maps."""
     for scale, variable in _examples(variables):
         choice = view.choice(variable, scale)
-        chart = chart_of(ds, choice, of_values=view.of_values and scale != "kinds")
+        # Borders lie between the values of an axis, and names have no place there.
+        named = borders is None or view.kind != "map"
+        of_values = view.of_values and scale != "kinds"
+        chart = chart_of(ds, choice, of_values=of_values, named=named)
         drawn, about = _sheet(ds, chart, f"{view.label}, {scale}", _TALL, mappers[scale])
         about["sliders"] = [_place(ds, dim) for dim in further_axes(ds, choice)]
         _add_marks(drawn, chart)

@@ -211,6 +211,21 @@ def test_both_amplitudes_have_borders(ds):
     assert [len(lines_on(axes)) for axes in panels(figure)[:2]] == [1, 1]
 
 
+@pytest.mark.parametrize("gammas", [[-0.5, 0.0, 0.5], [0.5, 0.0, -0.5]])
+def test_borders_over_an_axis_whose_points_have_names_lie_on_its_scale(ds, gammas):
+    borders = borders_of().rename(
+        angular_frequency="rheological_index",
+        angular_frequency_bracket="rheological_index_bracket",
+    )
+    few = sweep(temperature=TEMPERATURES, rheological_index=gammas)
+    figure = draw(few, options=PlotOptions("melting_count", boundaries=borders))
+    (axes,) = panels(figure)
+    (drawn,) = lines_on(axes)
+    np.testing.assert_array_equal(drawn.get_paths()[0].vertices, POINTS[:3])
+    assert axes.get_ylim() == (-0.75, 0.75)
+    assert axes.get_ylabel() == r"$\gamma$"
+
+
 def test_only_panels_with_the_parameters_of_the_borders_have_them(ds):
     both = xr.concat([ds, ds], dim="spring_stiffness", combine_attrs="override")
     both = described(both.assign_coords(spring_stiffness=[2000.0, 3000.0]))
