@@ -338,7 +338,7 @@ def require_borders(ds: xr.Dataset) -> None:
 
 
 def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
-    """Raise ValueError unless `borders` lie over two axes of a result, at one of its slices."""
+    """Raise ValueError unless `borders` lie over the axes of a result, which are two."""
     require_borders(borders)
     names = border_axes(borders)
     if any(parameters_along(ds, name) != [name] for name in names):
@@ -347,6 +347,11 @@ def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
         )
     if elsewhere := place_elsewhere(ds, borders):
         raise ValueError(elsewhere)
+    if further := sorted(str(d) for d, size in ds.sizes.items() if size > 1 and d not in names):
+        raise ValueError(
+            f"borders belong to one map, and {further[0]} has {ds.sizes[further[0]]} values "
+            f"here; choose one, for example with --at {further[0]}={ds[further[0]].values[0]}"
+        )
 
 
 def border_axes(borders: xr.Dataset) -> list[str]:

@@ -23,7 +23,7 @@ from bokeh.resources import Resources
 from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS
 from sweeps.charts.axes import axis_of
-from sweeps.charts.chart import border_axes, require_borders_of
+from sweeps.charts.chart import require_borders_of
 from sweeps.charts.choice import data_of, slice_at
 from sweeps.charts.colours import Colours
 from sweeps.files.netcdf import content_hash
@@ -202,11 +202,6 @@ def _refuse_other_borders(part: xr.Dataset, borders: xr.Dataset) -> None:
         require_borders_of(part, borders)
     except ValueError as error:
         raise ReportError(plain(str(error))) from None
-    if further := sorted(set(map(str, part.sizes)) - set(border_axes(borders))):
-        raise ReportError(
-            f"borders belong to one map, and {further[0]} has {part.sizes[further[0]]} values "
-            f"here; choose one, for example with --at {further[0]}={part[further[0]].values[0]}"
-        )
 
 
 def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:

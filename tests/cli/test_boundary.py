@@ -110,7 +110,7 @@ def test_a_report_has_borders_on_its_map(
         assert message in refused.err
 
 
-def test_a_report_of_several_maps_asks_for_one(
+def test_a_page_of_several_maps_asks_for_one(
     small: xr.Dataset, borders: xr.Dataset, tmp_path: Path
 ) -> None:
     pytest.importorskip("bokeh", reason="bokeh is not installed")
@@ -122,3 +122,5 @@ def test_a_report_of_several_maps_asks_for_one(
     )
     with pytest.raises(ValueError, match=r"has 2 values here; .* --at spring_stiffness=2000"):
         several.stickslip.report(tmp_path / "a.html", boundaries=borders)
+    with pytest.raises(ValueError, match=r"has 2 values here; .* --at spring_stiffness=2000"):
+        several.stickslip.explore(borders)
