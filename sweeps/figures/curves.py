@@ -82,8 +82,10 @@ def draw_curves(
         panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
     elsewhere = 0
     if data is not None:
-        for panel in drawn.panels:
-            elsewhere += draw_measured(panel, axis, layout, data)
+        on = [draw_measured(panel, axis, layout, data) for panel in drawn.panels]
+        own = np.isin(data.variable, variables)
+        # A value may have the parameters of one of several panels.
+        elsewhere = int((own & ~np.any(on, axis=0)).sum())
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))
@@ -182,8 +184,8 @@ def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line
 _SAME = 0.01  # relative: so near, a measurement has the parameter of a panel or curve
 
 
-def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) -> int:
-    """Draw the measured values of a panel's variable; return how many have other parameters.
+def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) -> np.ndarray:
+    """Draw the measured values of a panel's variable; return which of the data these are.
 
     A measured value has the colour of the curve with its hue, or is white if there is no hue.
     Raises ValueError if the data lack the parameter of the horizontal axis.
@@ -208,7 +210,7 @@ def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) 
         colour = line_at(hue_of(hue, place, count)).colour if hue else "white"
         _draw_points(panel, data, across, on, colour)
         drawn |= on
-    return int((own & ~drawn).sum())
+    return drawn
 
 
 def _draw_points(

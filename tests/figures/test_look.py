@@ -265,6 +265,17 @@ def test_measured_points_lie_over_the_parameter_that_linked_cases_show():
         drawn(ds, FORCE, data=read_data({"X_m": [4e-7], "F_max": [1e-3]}))
 
 
+def test_a_measured_value_that_one_of_several_panels_shows_is_drawn(ds):
+    table = {"T": [200.0, 250.0], "K": [1000.0, 3000.0], "F_max": [1e-3, 2e-3]}
+    figure = drawn(ds, FORCE, x="T", col="K", data=read_data(table))
+    points = [axes.containers[0].lines[0].get_xdata().tolist() for axes in panels(figure)]
+    assert points == [[200.0], [], [250.0]]
+    assert "Not drawn" not in note(figure)
+    table["K"][0] = 1500.0
+    figure = drawn(ds, x="T", col="K", data=read_data(table))
+    assert "Not drawn: 1 measured value of other parameters." in note(figure)
+
+
 def with_regimes(ds):
     regimes = (np.arange(ds.status.size) % 5).reshape(ds.status.shape).astype("i1")
     return described(ds.assign(regime=(ds.status.dims, regimes)))
