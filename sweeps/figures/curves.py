@@ -78,14 +78,18 @@ def draw_curves(
         panel.axes.set_xmargin(_MARGIN if axis.order.size > _FEW else 2 * _MARGIN)
         panel.axes.update_datalim([(x, 0.0) for x in axis.quantity.values[[0, -1]]], updatey=False)
         make_logarithmic(panel.axes, ["x"] * axis.geometric + ["y"] * log)
-        low, high = range_with_bands(drawn.dataset, panel.variable, log=log)
-        panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
     elsewhere = 0
+    on: list[np.ndarray] = []
     if data is not None:
         on = [draw_measured(panel, axis, layout, data) for panel in drawn.panels]
         own = np.isin(data.variable, variables)
         # A value may have the parameters of one of several panels.
         elsewhere = int((own & ~np.any(on, axis=0)).sum())
+    for panel in drawn.panels:
+        low, high = range_with_bands(drawn.dataset, panel.variable, log=log)
+        if data is not None:
+            low, high = _range_with_data(low, high, panel, data, np.any(on, axis=0), log=log)
+        panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))
@@ -216,12 +220,8 @@ def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) 
 def _draw_points(
     panel: Panel, data: Measurements, across: str, on: np.ndarray, colour: str
 ) -> None:
-    units = {"units": panel.dataset[panel.variable].attrs.get("units", "1")}
     x = [shown_number(across, value).values for value in data.parameters[across][data.row[on]]]
-    measured, error = (
-        shown(xr.DataArray(values[on], dims="datum", attrs=units)).values
-        for values in (data.value, data.error)
-    )
+    measured, error = _measured(panel, data, on)
     panel.axes.errorbar(
         x,
         measured,
@@ -235,6 +235,28 @@ def _draw_points(
         elinewidth=0.8,
         zorder=4,
     )
+
+
+def _measured(panel: Panel, data: Measurements, on: np.ndarray) -> tuple[Array, Array]:
+    """Return some measured values and their errors in the unit of the panel's variable."""
+    units = {"units": panel.dataset[panel.variable].attrs.get("units", "1")}
+    value, error = (
+        shown(xr.DataArray(values[on], dims="datum", attrs=units)).values
+        for values in (data.value, data.error)
+    )
+    return value, error
+
+
+def _range_with_data(
+    low: float, high: float, panel: Panel, data: Measurements, on: np.ndarray, *, log: bool
+) -> tuple[float, float]:
+    """Return the range of a panel, extended to the measured values of its variable."""
+    own = on & np.array([name == panel.variable for name in data.variable])
+    value, error = _measured(panel, data, own)
+    bar = np.zeros_like(error) if data.relative else error
+    ends = np.concatenate([value, value - bar, value + bar])
+    ends = ends[np.isfinite(ends) & (ends > 0.0 if log else True)]
+    return float(ends.min(initial=low)), float(ends.max(initial=high))
 
 
 def _is_near(values: Floats, value: float) -> np.ndarray:

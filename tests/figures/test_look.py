@@ -276,6 +276,16 @@ def test_a_measured_value_that_one_of_several_panels_shows_is_drawn(ds):
     assert "Not drawn: 1 measured value of other parameters." in note(figure)
 
 
+@pytest.mark.parametrize("log", ["", "z"])
+def test_the_vertical_axis_reaches_all_measured_points(ds, log):
+    table = {"T": [200.0, 250.0], "K": [1000.0, 3000.0], "F_max": [1e-3, 9e-3]}
+    table |= {"F_max_error": [2e-3, 1e-3]}
+    for axes in panels(drawn(ds, FORCE, x="T", col="K", log=log, data=read_data(table))):
+        low, high = axes.get_ylim()
+        assert low < (1.0 if log else -1.0)
+        assert 10.0 < high < 12.0
+
+
 def with_regimes(ds):
     regimes = (np.arange(ds.status.size) % 5).reshape(ds.status.shape).astype("i1")
     return described(ds.assign(regime=(ds.status.dims, regimes)))
