@@ -253,9 +253,11 @@ def _left_out(ds: xr.Dataset, dims: tuple[str, ...], kept: int, count: int) -> s
 
 
 def _evenly(count: int, most: int) -> list[int]:
-    """Return up to `most` indices below `count`, evenly spread, with both ends."""
+    """Return up to `most` indices below `count`, evenly spread, with both ends if there is room."""
     if count <= most:
         return list(range(count))
+    if most == 1:
+        return [count // 2]
     return [math.floor(i * (count - 1) / (most - 1) + 0.5) for i in range(most)]
 
 

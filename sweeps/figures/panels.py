@@ -50,7 +50,7 @@ def facet_panels(
     """
     wraps = len(variables) == 1 and layout.row is None
     ds, fewer = thinned(ds, layout.col, _MOST_WRAPPED if wraps else MOST_FACETS)
-    ds, fewer_rows = thinned(ds, layout.row, min(MOST_FACETS, _MOST_ROWS // len(variables)))
+    ds, fewer_rows = thinned(ds, layout.row, min(MOST_FACETS, max(1, _MOST_ROWS // len(variables))))
     columns = _facets(ds, layout.col)
     rows = list(itertools.product(_facets(ds, layout.row), variables))
     across = len(columns) if len(columns) <= MOST_FACETS else math.ceil(math.sqrt(len(columns)))

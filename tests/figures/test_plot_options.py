@@ -207,6 +207,17 @@ def test_a_map_of_a_variable_of_the_user(ds):
     np.testing.assert_allclose(mesh.get_array(), 0.4768)
 
 
+@pytest.mark.parametrize("count", [4, 7])
+def test_many_variables_leave_room_for_one_row_of_panels_each(ds, count):
+    ds = ds.isel(rheological_index=0)
+    own = ds.assign({f"own {i}": (i + 1) * ds.elastic_stress_amplitude for i in range(count)})
+    names = tuple(f"own {i}" for i in range(count))
+    figure = chosen(own, variable=names, x="T", row="K")
+    assert len(panels(figure)) == count
+    stiffness = own.spring_stiffness.size
+    assert f"1 of {stiffness} values of $K$ are drawn." in note(figure)
+
+
 @pytest.mark.parametrize("role", ["hue", "row", "col"])
 def test_a_stack_without_a_coordinate_has_numbers(ds, role):
     ds = ds.isel(spring_stiffness=0, rheological_index=0)
