@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 
 _FEW = 20  # up to this number of points each has a marker
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points
+_WAY_WIDTH = 1.4  # points, in the legend
 _UP_AT, _HEAD = 0.6, 9.0  # where on a curve its arrow is; the size of the arrow in points
 _BAND = 0.2  # opacity
 _MARGIN = 0.02  # beside a curve, as a part of its length; markers need more
@@ -177,8 +178,10 @@ def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line
             style = line_at(hue_of(layout.hue, index, count))
             line = line_of(way_style(style, "up" if ways else ""))
             handles.append(Line2D([], [], **line, label=label))
+    # Only a single curve has a colour for each direction; others differ in their dashes.
+    of_way = SINGLE if layout.hue is None else CurveStyle(BLACK, _WAY_WIDTH)
     for way in ways:
-        line = line_of(way_style(SINGLE, way))
+        line = line_of(way_style(of_way, way))
         handles.append(Line2D([], [], **line, label=DIRECTIONS.get(way, way)))
     return handles
 

@@ -173,6 +173,9 @@ def test_both_ways_are_a_solid_and_a_dashed_curve_in_one_colour():
         one = ds.elastic_stress_amplitude.isel(rheological_index=i // 2, direction=i % 2)
         np.testing.assert_allclose(line.get_ydata(), one * 1e-6)
     assert legend_of(figure)[-2:] == ["upward", "downward"]
+    up, down = figure.legends[0].get_lines()[-2:]
+    assert (up.get_linestyle(), down.get_linestyle()) == ("-", "--")
+    assert up.get_color() == down.get_color() == "#000000"  # no colour of a curve
 
 
 def test_both_ways_of_a_map_lie_side_by_side():
