@@ -35,7 +35,7 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
     variables = variables_of(ds, options)
     ds, at = slice_at(ds.squeeze(), options.at)
     if not ds.sizes:
-        return draw_point(ds)
+        return draw_point(ds, at)
     bands: list[str] = []
     if asks_for_bands(ds, options, variables):
         ds = quantiles_of(ds)
@@ -76,15 +76,19 @@ _WIDTH = 5.2  # inches
 _COLUMNS = (_MARGIN, 1.25, 3.2, 3.65)
 
 
-def draw_point(ds: xr.Dataset) -> Figure:
-    """Return a table of results on the left and parameters on the right, below how it ended."""
+def draw_point(ds: xr.Dataset, at: str = "") -> Figure:
+    """Return a table of results on the left and parameters on the right, below how it ended.
+
+    `at` says where the point is if it was cut out of a result with axes.
+    """
     results = [_row(ds, name) for name in RESULTS if name in ds.variables and name != "status"]
     parameters = [_row(ds, name) for name in PARAMETERS if name in ds.variables]
-    ending = "A single point: nothing was swept."
+    which = at or "A single point."
+    ending = which
     if notes := missing_notes(ds, AMPLITUDES, ""):
         code = int(ds["status"]) if "status" in ds else None
         sentence = Status(code).sentence if code in list(Status) else notes[0]
-        ending = f"A single point, without a result. {sentence}"
+        ending = f"{which} It has no result. {sentence}"
     longest = max(len(results), len(parameters))
     figure = new_figure((_WIDTH, 1.0))
     head = wrapped(figure, ending, _WIDTH - 2 * _MARGIN, SMALL).split("\n")

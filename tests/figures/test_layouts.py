@@ -26,7 +26,7 @@ from support.pictures import (
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
 from sweeps.charts.axes import Layout, layout_of
-from sweeps.figures import draw
+from sweeps.figures import PlotOptions, draw
 
 # --- missing points -----------------------------------------------------------------------------
 
@@ -237,10 +237,16 @@ def cells(figure) -> dict[str, str]:
 def test_a_single_point_is_a_table(axes):
     figure = draw(sweep(**axes))
     lines = [text.get_text() for text in figure.texts]
-    assert lines[0] == "A single point: nothing was swept."
+    assert lines[0] == "A single point."
     assert cells(figure)[r"$F_\mathrm{max}$"] == "$4.768$ mN"
     assert cells(figure)[r"$n_\mathrm{melt}$"] == "$4$"
     assert cells(figure)["$T$"] == "$200$ K"
+
+
+def test_a_point_cut_out_of_a_sweep_says_where():
+    ds = sweep(temperature=TEMPERATURES, spring_stiffness=[1000.0, 2000.0])
+    figure = draw(ds, options=PlotOptions(at=("T=200", "K=2000")))
+    assert figure.texts[0].get_text() == "At $T = 200$ K, $K = 2000$ N/m."
 
 
 def test_a_failed_single_point_says_why():
