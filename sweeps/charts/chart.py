@@ -98,10 +98,12 @@ def _bands(line: xr.Dataset, name: str, values: Array) -> tuple[tuple[Array, Arr
 
 
 def range_with_bands(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
-    """Return the range of the values, extended to the upper ends of the bands."""
+    """Return the range of the values, extended to the ends of the bands; above 0 if `log`."""
     low, high = value_range(ds, name, log=log)
     bands = _bands(ds, name, shown(trusted(ds, name)).values)
-    return low, max([high, *(float(np.nanmax(above, initial=-np.inf)) for _, above in bands)])
+    ends = np.concatenate([[low, high], *(end.ravel() for band in bands for end in band)])
+    ends = ends[np.isfinite(ends) & ((ends > 0.0) | (not log))]
+    return float(ends.min()), float(ends.max())
 
 
 def axis_limits(

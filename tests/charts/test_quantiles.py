@@ -78,6 +78,17 @@ def test_a_swept_axis_of_random_cases_has_medians_and_bands():
     assert "Left out: 2 points without a result." in small_print
 
 
+@pytest.mark.parametrize(("sign", "log"), [(1.0, "z"), (-1.0, "")])
+def test_both_ends_of_a_band_lie_within_the_panel(sign, log):
+    ds = over_temperatures()
+    ds = ds.assign({F: (ds[F] * sign).assign_attrs(ds[F].attrs)})
+    (axes,) = draw(ds, options=PlotOptions(F, x="temperature", log=log)).axes
+    ends = 1e3 * quantiles_of(ds)[F].values
+    low, high = axes.get_ylim()
+    assert low < ends.min()
+    assert ends.max() < high
+
+
 @pytest.mark.parametrize(("temperatures", "lines"), [(40, 1), (3, 0)])
 def test_a_long_axis_beside_random_cases_has_bands_without_being_named(temperatures, lines):
     figure = draw(over_temperatures(temperatures=temperatures), options=PlotOptions(F))
