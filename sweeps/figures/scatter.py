@@ -87,6 +87,8 @@ def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[l
     """Return a list of clouds for each variable: it is the height, or the colour over two axes."""
     along = parameters_along(ds, CASE)
     x, y = (canonical_name(name) if name else None for name in (options.x, options.y))
+    if x is not None and x == y:
+        raise ValueError(f"{x} is both x and y; points need two parameters, or one and a variable")
     if y is None and is_discrete(ds, variables[0]) and len(along) > 1:
         y = next(name for name in along if name != x)
     across = [x] if x else [name for name in along if name != y]

@@ -60,6 +60,11 @@ def test_regimes_lie_over_two_parameters():
     assert legend_of(figure) == ["liquid", "locked", "stick-slip, symmetric"]
 
 
+def test_a_parameter_is_not_drawn_over_itself():
+    with pytest.raises(ValueError, match="temperature is both x and y"):
+        draw(random_cases(**VARIED), None, PlotOptions(variable="F_max", x="T", y="temperature"))
+
+
 def test_a_missing_case_is_counted():
     ds = random_cases(**VARIED)
     ds["status"][4] = 3
