@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from importlib import metadata
 from typing import Any
@@ -74,6 +75,9 @@ METHODS: Mapping[str, str] = {
 }
 """The source of each method; docs/numerics.md describes its use."""
 
+# A line of a config as files hold it, whose texts are quoted, or as people write it.
+_STOCHASTIC = re.compile(r"""^ +treatment: ["']?stochastic["']?$""", re.MULTILINE)
+
 
 def bibtex(attributes: Mapping[str, Any] | None = None, kind: str = "sweep") -> str:
     """Return the entries of the program and the paper, and of the methods that made a file.
@@ -102,7 +106,7 @@ def _methods(attributes: Mapping[str, Any], kind: str) -> Iterator[str]:
     for name in ("adaptive", "euler-cromer"):
         if source.endswith(f"method {name}"):
             yield METHODS[name]
-    if "treatment: stochastic" in config:
+    if _STOCHASTIC.search(config):
         yield METHODS["stochastic"]
     if kind in METHODS:
         yield METHODS[kind]

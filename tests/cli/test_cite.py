@@ -11,7 +11,10 @@ from support.sweeps.commands import Command
 
 from sweeps import run
 from sweeps.citations import METHODS, bibtex
+from sweeps.config.load import from_mapping
 from sweeps.files.netcdf import write_checked
+
+STOCHASTIC = from_mapping({"noise": {"treatment": "stochastic"}})
 
 
 def keys(entries: str) -> list[str]:
@@ -41,7 +44,7 @@ def test_a_file_cites_its_method_and_the_sources_that_wrote_it(command: Command)
     ("source", "config", "kind", "method"),
     [
         ("method euler-cromer", "", "sweep", "cromer1981stable"),
-        ("method adaptive", "noise:\n  treatment: stochastic\n", "sweep", "kloeden1992numerical"),
+        ("method adaptive", STOCHASTIC.resolved_yaml(), "sweep", "kloeden1992numerical"),
         ("method adaptive", "", "indices", "saltelli2010variance"),
         ("method adaptive", "", "fit", "storn1997differential"),
     ],
@@ -50,6 +53,11 @@ def test_each_method_has_its_source(source: str, config: str, kind: str, method:
     entries = bibtex({"source": f"stickslip 1.0.0, {source}", "config": config}, kind)
     assert keys(entries)[-1] == method
     assert keys(bibtex({"source": f"stickslip 1.0.0, {source}"}, "phases")) == keys(bibtex())
+
+
+def test_a_title_is_no_method() -> None:
+    titled = from_mapping({"title": "treatment: stochastic, or not?"}).resolved_yaml()
+    assert keys(bibtex({"config": titled})) == keys(bibtex())
 
 
 def test_entries_are_complete() -> None:
