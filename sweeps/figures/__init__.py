@@ -71,7 +71,8 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
             f"this file holds {FIGURES[default_figure(ds)].drawn}, and only a sweep has variables "
             f"over axes; choose {here} by name: {names}"
         )
-    if options.variable is None and (refused := obstacle(ds, "amplitudes")):
+    is_of_borders = "boundary_point" in ds.dims
+    if (options.variable is None or is_of_borders) and (refused := obstacle(ds, "amplitudes")):
         raise ValueError(refused)
     return draw_results(ds, options)
 

@@ -260,3 +260,5 @@ def test_other_borders_are_refused(ds, options, borders, message):
 def test_borders_alone_are_no_figure():
     with pytest.raises(ValueError, match="are drawn over their map; plot the file of the map"):
         draw(borders_of())
+    with pytest.raises(ValueError, match="are drawn over their map; plot the file of the map"):
+        draw(borders_of(), options=PlotOptions("F_max"))
