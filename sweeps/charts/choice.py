@@ -127,7 +127,13 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
             continue
         each = [f"{key}={one}" for one in value.strip("[]").split(",")]
         found = [places_at(ds, [one]) for one in each]
-        some |= {dim: list(dict.fromkeys(place[dim] for place in found)) for dim in found[0]}
+        (dim,) = found[0]
+        if dim in some:
+            raise _sliced_again(text, dim)
+        some[dim] = list(dict.fromkeys(place[dim] for place in found))
+    for text in texts:
+        if (dim := next(iter(places_at(ds, [text])))) in some:
+            raise _sliced_again(text, dim)
     ds = ds.isel(some)
     places = places_at(ds, texts)
     return ds.isel(places), f"At {slice_label(ds, places)}." if places else ""
@@ -146,11 +152,16 @@ def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
             raise ValueError(f"'{text}' must be KEY=VALUE, for example temperature=228")
         dim, name = axis_named(ds, key)
         if dim in places:
-            raise ValueError(
-                f"'{text}' slices {dim} a second time; for several points write {key}=180,220,300"
-            )
+            raise _sliced_again(text, dim)
         places[dim] = _nearest(ds[name], value, text)
     return places
+
+
+def _sliced_again(text: str, dim: str) -> ValueError:
+    key = text.partition("=")[0].strip()
+    return ValueError(
+        f"'{text}' slices {dim} a second time; for several points write {key}=180,220,300"
+    )
 
 
 def with_numbers(ds: xr.Dataset) -> xr.Dataset:
