@@ -71,7 +71,9 @@ def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False)
     along = parameters_along(ds, str(coordinate.dims[0]))
     if others := [shown(ds[name]).symbol for name in along if name != coordinate.name]:
         label = f"{label}, linked with {', '.join(others)}"
-    return Axis(dim, order, quantity, label, log or is_geometric(quantity.values))
+    # A short range is even on both scales, and only ticks of a linear one tell its points apart.
+    geometric = is_geometric(quantity.values) and not is_even(quantity.values)
+    return Axis(dim, order, quantity, label, log or geometric)
 
 
 def coordinate_of(ds: xr.Dataset, dim: str) -> xr.DataArray:

@@ -21,7 +21,7 @@ from support.pictures import (
     trajectory,
 )
 
-from sweeps.charts.axes import is_geometric
+from sweeps.charts.axes import axis_of, is_geometric
 from sweeps.charts.choice import default_figure
 from sweeps.charts.colours import CURVES
 from sweeps.charts.labels import shown, typeset_units
@@ -93,6 +93,13 @@ def test_the_x_axis_is_logarithmic_where_the_points_are(values, scale):
     upper, lower = panels(draw(sweep(spring_stiffness=values, rheological_index=list(GAMMAS))))
     assert upper.get_xscale() == lower.get_xscale() == scale
     assert lower.get_xlabel() == "$K$ (N/m)"
+
+
+def test_a_short_range_has_ticks_that_differ():
+    temperatures = np.linspace(250.0, 250.0005, 13)
+    for axes in panels(draw(sweep(temperature=temperatures))):
+        assert axes.get_xscale() == "linear"
+    assert axis_of(sweep(temperature=np.geomspace(250.0, 260.0, 13)), "temperature").geometric
 
 
 def test_only_values_with_a_common_ratio_are_geometric():
