@@ -178,12 +178,12 @@ def changed_parameters(ds: xr.Dataset) -> str:
 
 
 def typeset_units(units: str) -> str:
-    r"""Return a UDUNITS string in mathtext, with a slash before divisors; empty for `1`.
+    r"""Return a UDUNITS string in mathtext, with a slash before divisors; empty for `1`, or none.
 
     >>> typeset_units("m3 J-1 s-1")
     'm$^{3}$/(J$\\cdot$s)'
     """
-    if units == "1":
+    if units in ("1", ""):
         return ""
     powers = [_power(factor) for factor in units.split()]
     above = [_raised(unit, power) for unit, power in powers if power > 0]

@@ -309,6 +309,7 @@ def test_a_converted_parameter_keeps_its_own_unit():
     ("units", "typeset"),
     [
         ("1", ""),
+        ("", ""),
         ("K", "K"),
         ("rad s-1", "rad/s"),
         ("J m-3", "J/m$^{3}$"),
