@@ -16,6 +16,9 @@ from sweeps.config.load import Config
 
 CASE, DIRECTION = "case", "direction"
 
+QUANTILE = "quantile"
+"""The dimension of quantiles over the cases of a result."""
+
 DIRECTIONS = ("up", "down")
 """The two directions along a followed axis, in the order of computation."""
 

@@ -13,6 +13,7 @@ from stickslip.variables import PARAMETERS, RESULTS, canonical_name, canonical_r
 from sweeps.charts.labels import parameters_along, slice_label
 from sweeps.config.numbers import number
 from sweeps.figure_table import AMPLITUDES, FIGURES, Data
+from sweeps.grid import QUANTILE
 from sweeps.human import did_you_mean
 
 ROLES = ("x", "y", "hue", "row", "col")
@@ -79,6 +80,9 @@ def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
         hint = did_you_mean(name, [*symbols, *names]) or f"; there are {', '.join(names)}"
         raise ValueError(f"unknown variable '{name}'{hint}")
     if name not in ds.variables:
+        if QUANTILE in ds.dims:
+            known = ", ".join(str(n) for n, each in ds.data_vars.items() if QUANTILE in each.dims)
+            raise ValueError(f"there are no quantiles of {name}; there are some of {known}")
         raise ValueError(
             f"this file lacks {name}: it was written by an older version; sweep it again"
         )

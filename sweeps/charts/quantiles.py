@@ -15,11 +15,8 @@ from sweeps.charts.choice import ROLES, Choice, axis_named
 from sweeps.charts.colours import is_discrete
 from sweeps.charts.labels import Array, parameters_along, shown
 from sweeps.charts.missing import RESULT_STATUSES, trusted
-from sweeps.grid import CASE
+from sweeps.grid import CASE, QUANTILE
 from sweeps.human import counted
-
-QUANTILE = "quantile"
-"""The dimension of quantiles."""
 
 # The median, and the ends of intervals that hold 68 % and 95 % of the cases.
 _LEVELS = (0.025, 0.16, 0.5, 0.84, 0.975)

@@ -21,6 +21,7 @@ from sweeps.cli.shared import (
     output_option,
     print_names,
     recalled_or_computed,
+    require_netcdf,
     say,
     stop_with,
 )
@@ -81,8 +82,7 @@ def fit(
     from sweeps.measurements import read_data
 
     target = output or Path("results") / f"{data.stem}-fit.nc"
-    if target.suffix != ".nc":
-        stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
+    require_netcdf(target, strict=True)
     changes = execution_changes(workers, backend, scheduler)
     settled = checked_config(config, [*(set_ or []), *changes])
     ranges, measured = _ranges(free), read_data(data)

@@ -25,6 +25,7 @@ from sweeps.cli.shared import (
     output_option,
     print_names,
     recalled_or_computed,
+    require_netcdf,
     say,
     stop_with,
     usage_errors,
@@ -67,6 +68,7 @@ def simulate(
     changes = [*(set_ or []), *own]
     config = checked_config(file, changes)
     path = output or trajectory_path(file, changes)
+    require_netcdf(path)
     if config.sweep or config.cases:
         raise AxisLeftError(config)
     request = {"config": config.resolved_yaml()}
@@ -112,8 +114,7 @@ def replay(
     if start not in (None, "initial", "stationary"):
         stop_with(f"--start is initial or stationary, not {start}", Exit.USAGE)
     target = output or file.with_name(f"{file.stem}-replay.nc")
-    if target.suffix != ".nc":
-        stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
+    require_netcdf(target, strict=True)
     with readable(file), open_result(file, whole=False) as ds:
         point = point_of(ds, at or ())
     stem = target.with_suffix("")

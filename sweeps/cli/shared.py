@@ -141,6 +141,25 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
     return config
 
 
+# Endings of files that other commands write.
+_OTHER_COMMANDS = {
+    **dict.fromkeys((".csv", ".parquet"), "`stickslip export` makes a table of it"),
+    **dict.fromkeys((".png", ".pdf", ".svg"), "`stickslip plot` draws it"),
+    ".html": "`stickslip report` makes a page of it",
+}
+
+
+def require_netcdf(path: Path, *, strict: bool = False) -> None:
+    """End the command if the name of its NetCDF file has the ending of another kind of file.
+
+    If `strict`, only .nc will do: other files are named after it.
+    """
+    other = _OTHER_COMMANDS.get(path.suffix.lower())
+    if other or (strict and path.suffix != ".nc"):
+        further = f"; {other}" if other else ""
+        stop_with(f"{path}: -o names a NetCDF file, which ends in .nc{further}", Exit.USAGE)
+
+
 def output_of(
     config: Config, file: Path, named: Path | None = None, part: Part | None = None
 ) -> Path:
@@ -149,6 +168,7 @@ def output_of(
     The default differs for each part. Ends the command if the result would replace the config.
     """
     path = named or Path(config.output)
+    require_netcdf(path)
     if part and named is None:
         path = path.with_name(f"{path.stem}.{part.suffix}{path.suffix}")
     if path.exists() and path.samefile(file):

@@ -30,6 +30,7 @@ from sweeps.cli.shared import (
     output_option,
     print_names,
     recalled_or_computed,
+    require_netcdf,
     say,
     stop_with,
     usage_errors,
@@ -261,6 +262,7 @@ def merge(
     from sweeps.cli.summaries import print_summary
     from sweeps.engine.merge import merge as merge_files
 
+    require_netcdf(output)
     outcome = merge_files(files, output, overwrite=overwrite, partial=partial)
     print_summary(outcome)
     if outcome.complete:
@@ -298,10 +300,11 @@ def sensitivity(
     from sweeps.files.outputs import Outputs
     from sweeps.sensitivity import Request, summary_of
 
+    target = output or Path("results") / f"{config.stem}-sensitivity.nc"
+    require_netcdf(target, strict=True)
     changes = execution_changes(workers, backend, scheduler)
     checked, results = checked_config(config, [*(set_ or []), *changes]), of or AMPLITUDES
     request = Request(checked, results, confidence, largest_missing)
-    target = output or Path("results") / f"{config.stem}-sensitivity.nc"
     identity = {
         "config": checked.resolved_yaml(),
         "of": list(results),

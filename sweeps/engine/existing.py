@@ -286,6 +286,14 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
     )
 
 
+def found_in_input(path: Path) -> ExistingPoints:
+    """Return the points of a file that is only read; errors leave out the options for an output."""
+    try:
+        return found_in_file(path)
+    except (RefusalError, StorageError) as error:
+        raise type(error)(str(error).removesuffix(WAYS_OUT).rstrip("; \n")) from error
+
+
 def seal_note(path: Path) -> str:
     """Return a sentence if a sweep's result does not match its seal, else an empty text."""
     try:

@@ -16,14 +16,14 @@ from sweeps.engine.existing import (
     Part,
     RefusalError,
     Target,
-    found_in_file,
+    found_in_input,
 )
 from sweeps.engine.resume import manifest_of
 from sweeps.engine.sweep import JournaledResult, Outcome
 from sweeps.exits import StorageError
 from sweeps.files.atomic import fingerprint, storage_errors
 from sweeps.files.journal import Journal
-from sweeps.files.outputs import WAYS_OUT, Outputs
+from sweeps.files.outputs import Outputs
 from sweeps.files.result_rows import Rows
 from sweeps.files.run_folder import RunFolder
 from sweeps.files.sweep_file import contents
@@ -84,13 +84,9 @@ def _write(
 
 
 def _source(path: Path) -> ExistingPoints:
-    """Return the points of an input; its errors leave out the options for an output."""
     if not path.exists():
         raise StorageError(RunFolder(path).absence())
-    try:
-        return found_in_file(path)
-    except (RefusalError, StorageError) as error:
-        raise type(error)(str(error).replace(f"; {WAYS_OUT}", "")) from error
+    return found_in_input(path)
 
 
 def common_target(sources: list[ExistingPoints], first: Path) -> Target:

@@ -26,6 +26,7 @@ from sweeps.engine.existing import (
     RefusalError,
     Target,
     found_in_file,
+    found_in_input,
     found_in_journal,
 )
 from sweeps.exits import StorageError
@@ -385,7 +386,7 @@ def state_of(output: Path) -> dict[str, Any]:
         whole = statuses[Status.PENDING] == 0 and folder.output.exists()
         state = "complete" if whole else "interrupted"
     elif output.exists():
-        existing = found_in_file(output)
+        existing = found_in_input(output)
         part, statuses = existing.part, contents(output, Chunks(existing.grid.shape)).statuses
         if part:  # a file has this attribute only if exactly the part is finished
             statuses[Status.PENDING] = 0

@@ -16,13 +16,14 @@ from sweeps.charts.choice import lie_along, slice_at, slice_in_the_middle, varia
 from sweeps.charts.colours import KINDS, code_name, is_discrete
 from sweeps.charts.labels import shown
 from sweeps.charts.missing import missing_notes, missing_points, trusted
-from sweeps.charts.quantiles import QUANTILE, asks_for_bands, medians_of, quantiles_of
+from sweeps.charts.quantiles import asks_for_bands, medians_of, quantiles_of
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.curves import draw_curves
 from sweeps.figures.look import PlotOptions
 from sweeps.figures.maps import draw_maps
 from sweeps.figures.scatter import draw_scatter
 from sweeps.figures.style import SMALL, TEXT, new_figure, put_note, wrapped
+from sweeps.grid import QUANTILE
 
 
 def amplitudes(ds: xr.Dataset) -> Figure:

@@ -18,6 +18,7 @@ import numpy as np
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.exits import ExpectedError
 from sweeps.files.result_rows import Chunks
+from sweeps.grid import QUANTILE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -139,8 +140,10 @@ def _frames(ds: xr.Dataset) -> Iterator[pd.DataFrame]:
 
 
 def _template(ds: xr.Dataset) -> xr.DataArray:
-    """Return a variable with a value for each row."""
-    return next(ds[name] for name in _TEMPLATES if name in ds.variables)
+    """Return a variable with a value for each row: for each point, and each level of quantiles."""
+    template = next(ds[name] for name in _TEMPLATES if name in ds.variables)
+    levels = {QUANTILE: ds.sizes[QUANTILE]} if QUANTILE in ds.dims else {}
+    return template.expand_dims(levels, axis=-1) if levels else template
 
 
 def _columns(ds: xr.Dataset) -> list[str]:

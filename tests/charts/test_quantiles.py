@@ -8,6 +8,7 @@ import xarray as xr
 from support.pictures import failed, random_cases, sweep
 
 from stickslip.status import Status
+from sweeps.charts.choice import variables_of
 from sweeps.charts.quantiles import medians_of, quantiles_of
 from sweeps.figures import PlotOptions, draw
 
@@ -45,6 +46,12 @@ def test_quantiles_are_taken_over_the_cases_with_a_result():
     assert found[F].attrs["units"] == "N"
     assert "case" not in found.dims
     assert "spring_stiffness" not in found.coords  # it varied from case to case
+
+
+def test_a_variable_without_quantiles_is_refused_for_what_it_is():
+    found = quantiles_of(over_temperatures(4))
+    with pytest.raises(ValueError, match=f"no quantiles of regime; there are some of .*{F}"):
+        variables_of(found, PlotOptions(variable=("regime",)))
 
 
 @pytest.mark.parametrize(

@@ -79,6 +79,12 @@ REFUSALS = [
     ("sweep .", 2, r"\.: cannot be read"),
     ("export a.yaml -o a.csv", 5, "a.yaml"),
     ("export no.nc", 5, "no.nc does not exist"),
+    *(
+        (f"{line} -o a{ending}", 2, rf"a\{ending}: -o names a NetCDF file.*`stickslip {other}`")
+        for line in ("sweep a.yaml", "simulate a.yaml --set T=200", "merge no.nc", "check a.yaml")
+        for ending, other in ((".csv", "export"), (".PNG", "plot"), (".html", "report"))
+    ),
+    ("sensitivity a.yaml -o a.nc4", 2, "a.nc4: -o names a NetCDF file"),
     ("export no.nc -o a.xlsx", 2, "a.xlsx: a table ends in .csv or .parquet"),
     ("export no.nc -o a.yaml/a.csv", 5, "a.yaml is not a folder"),
     ("figure 1", 2, f"no figure 1; {FIGURES}"),

@@ -58,6 +58,12 @@ def test_status_of_nothing(shell: Shell) -> None:
     assert entries() == ["a.yaml"]
 
 
+def test_status_of_another_file_names_no_option_that_it_lacks(shell: Shell) -> None:
+    shell.ok("simulate", "a.yaml", "--set", "T=200", "-o", "t.nc")
+    said = "t.nc exists and is not a result of a sweep\n"
+    assert shell("status", "t.nc") == (2, "", said)
+
+
 def test_status_of_an_interrupted_a_partial_and_a_complete_sweep(shell: Shell) -> None:
     def poison(rows: np.ndarray) -> None:
         if rows[0, 0] == 230.0:

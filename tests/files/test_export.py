@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -199,6 +200,16 @@ def test_a_table_is_as_private_as_its_result(ds: xr.Dataset, tmp_path: Path) -> 
     source.touch(mode=0o600)
     for path in (*export(ds, tmp_path / "a.csv", source), *export(ds, tmp_path / "b.csv")):
         assert path.stat().st_mode & 0o077 == (0 if path.name.startswith("a") else 0o044)
+
+
+def test_quantiles_are_a_row_for_each_point_and_level(ds: xr.Dataset, tmp_path: Path) -> None:
+    found = ds.stickslip.quantiles([0.1, 0.5])
+    export(found, tmp_path / "a.csv")
+    table = pd.read_csv(tmp_path / "a.csv")
+    assert table["temperature"].tolist() == [200, 200, 250, 250, 300, 300]
+    assert table["quantile"].tolist() == [0.1, 0.5] * 3
+    force = found.friction_force_amplitude.transpose("temperature", "quantile")
+    assert table["friction_force_amplitude"].tolist() == force.values.ravel().tolist()
 
 
 def test_a_dataset_without_a_value_is_refused(ds: xr.Dataset, tmp_path: Path) -> None:
