@@ -1,4 +1,4 @@
-"""Run time against error, and steps in lanes."""
+"""Run time against error, steps in lanes, and variants of the method."""
 
 from __future__ import annotations
 
@@ -84,3 +84,21 @@ def of_peak(peak: Results) -> Lines:
             f"{row['fixed']['of_peak']:.0%}"
         )
     yield f"the peak | {peak['operations_per_ns']:.0f} operations a nanosecond |  | "
+
+
+def methods(variants: Results) -> Lines:
+    """Yield steps at equal error of variants of the adaptive method, for both kinds of error."""
+    fluids = variants["fluids"]
+    yield f"variant | {' | '.join(f'γ = {signed(gamma)}' for gamma in fluids)}"
+    (_, *names) = next(iter(fluids.values()))["variants"]
+    for at, name, shown in (
+        *(("1e-06", name, name) for name in names),
+        ("1e-08", "RODAS4", "RODAS4, at the error of rtol = 1e-8"),
+    ):
+        pairs = (row["variants"][name]["steps_at_equal_error"][at] for row in fluids.values())
+        cells = (", ".join(_hundredths(each["ratio"]) for each in pair) for pair in pairs)
+        yield " | ".join((shown, *cells))
+
+
+def _hundredths(value: float | None) -> str:
+    return "not reached" if value is None else f"{value:.2f}"

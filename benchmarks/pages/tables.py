@@ -102,6 +102,7 @@ TABLES: dict[str, Table] = {
     "adaptive_steps": Table("lanes", ("adaptive",), solver_tables.adaptive_steps),
     "fixed_steps": Table("lanes", ("fixed",), solver_tables.fixed_steps),
     "of_peak": Table("lanes", ("peak",), solver_tables.of_peak),
+    "methods": Table("methods", ("variants",), solver_tables.methods),
     "stability_errors": Table("stability", ERRORS, stability_tables.errors),
     "stability_work": Table("stability", ("work",), stability_tables.work),
     "stability_verdicts": Table("stability", VERDICTS, stability_tables.verdicts),
