@@ -17,7 +17,10 @@ from pages import orbit_tables, solver_tables, stability_tables, sweep_tables
 from pages.numbers import Lines
 
 DOCS = Path(__file__).parents[2] / "docs"
-NAMES = ("performance", "stability", "reliability", "benchmark-orbits", "decisions/speed")
+NAMES = (
+    "performance", "stability", "reliability", "benchmark-orbits", "decisions/integrator",
+    "decisions/speed",
+)  # fmt: skip
 PAGES = tuple(DOCS / f"{name}.md" for name in NAMES)
 
 
