@@ -69,8 +69,10 @@ def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.flo
     config's start. The states along a line are remembered, so that each is computed only once.
     """
     state, keys = np.full(len(final_columns(options.physics)), np.nan), _keys(points, options)
-    known = max((n for n, key in enumerate(keys, start=1) if key in KNOWN), default=0)
-    state = KNOWN[keys[known - 1]] if known else state
+    known = 0
+    for n, key in enumerate(keys, start=1):
+        if (found := KNOWN.get(key)) is not None:  # another thread may clear them meanwhile
+            known, state = n, found
     if len(KNOWN) > MOST_KNOWN:
         KNOWN.clear()
     followed = _followed(points[None, known:], options, state[None])

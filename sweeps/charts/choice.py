@@ -133,11 +133,14 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
         found = [places_at(ds, [one]) for one in each]
         (dim,) = found[0]
         if dim in some:
-            raise _sliced_again(text, dim)
+            raise _sliced_again(text, dim, key)
         some[dim] = list(dict.fromkeys(place[dim] for place in found))
+    sliced = set(some)
     for text in texts:
-        if (dim := next(iter(places_at(ds, [text])))) in some:
-            raise _sliced_again(text, dim)
+        (dim,) = places_at(ds, [text])
+        if dim in sliced:
+            raise _sliced_again(text, dim, text.partition("=")[0].strip())
+        sliced.add(dim)
     ds = ds.isel(some)
     places = places_at(ds, texts)
     return ds.isel(places), f"At {slice_label(ds, places)}." if places else ""
@@ -156,13 +159,12 @@ def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
             raise ValueError(f"'{text}' must be KEY=VALUE, for example temperature=228")
         dim, name = axis_named(ds, key)
         if dim in places:
-            raise _sliced_again(text, dim)
+            raise ValueError(f"'{text}' slices {dim} a second time; leave one out")
         places[dim] = _nearest(ds[name], value, text)
     return places
 
 
-def _sliced_again(text: str, dim: str) -> ValueError:
-    key = text.partition("=")[0].strip()
+def _sliced_again(text: str, dim: str, key: str) -> ValueError:
     return ValueError(
         f"'{text}' slices {dim} a second time; for several points write {key}=180,220,300"
     )

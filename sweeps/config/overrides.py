@@ -76,8 +76,11 @@ def _set_parameter(document: Document, key: str, name: str, written: Document) -
         if is_axis:
             _set_path(document, ["cases", name], written)
         else:
-            message = "is linked in `cases`; pick one case with --set case=0, or give a list"
-            written.refuse(message, key)
+            written.refuse(
+                "is linked in `cases` and cannot be set alone; pick one case with --set case=0, "
+                "or give a list",
+                key,
+            )
         return
     gone, section = ("model", "sweep") if is_axis else ("sweep", "model")
     while old := document.path_of(name, gone):

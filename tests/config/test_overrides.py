@@ -38,7 +38,8 @@ def test_only_a_list_replaces_a_parameter_of_cases() -> None:
     text = "cases: {T: [1, 2], k: [3, 4]}"
     assert from_yaml(text, overrides=["T=[7, 8]"]).cases["temperature"] == (7, 8)
     assert problems(text, "T=7") == [
-        "--set T=7: T: is linked in `cases`; pick one case with --set case=0, or give a list"
+        "--set T=7: T: is linked in `cases` and cannot be set alone; pick one case with "
+        "--set case=0, or give a list"
     ]
     assert "equally many" in problems(text, "T=[7, 8, 9]")[0]
 
