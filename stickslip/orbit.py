@@ -56,6 +56,9 @@ class Orbit(OrbitValues):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Orbit) and _comparable(self) == _comparable(other)
 
+    def __ne__(self, other: object) -> bool:
+        return not self == other  # a tuple's own would find that NaN differs from NaN
+
     def __hash__(self) -> int:
         return hash(_comparable(self))
 

@@ -54,6 +54,7 @@ def test_an_orbit_is_equal_to_its_pickle() -> None:
     for orbit in (stationary_orbit(), stationary_orbit(max_periods=1)):
         again = pickle.loads(pickle.dumps(orbit))
         assert again == orbit
+        assert (again != orbit) is False
         assert hash(again) == hash(orbit)
         assert again != orbit._replace(asymmetry=0.5)
         assert again != tuple(orbit)
