@@ -49,8 +49,8 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
     """Return the stationary orbits of many points, computed together on all cores.
 
     The results equal those of `stationary_orbit`, and of a sweep bit for bit, in a fraction of the
-    time. `joblib.parallel_config(...)` chooses the workers; the default is one
-    thread for each core.
+    time. `joblib.parallel_config(...)` chooses the workers, with any backend that returns results
+    as they finish (loky, threading and dask do); the default is one thread for each core.
 
     >>> ds = stationary_orbits({"temperature": [200, 250, 300], "k": 1e5})
     >>> ds.friction_force_amplitude.round(5).values.tolist()
@@ -76,6 +76,8 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
 
     Raises
     ------
+    ExecutorError
+        The workers cannot be used, or were lost.
     NoiseError
         phi_0 = 0 without noise.
     OptionError

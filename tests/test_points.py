@@ -25,6 +25,7 @@ from stickslip import (
     stationary_orbits,
 )
 from stickslip.dispatch import backend
+from stickslip.dispatch.errors import ExecutorError
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps import run
@@ -110,6 +111,14 @@ def test_joblib_chooses_the_workers(kind: str, monkeypatch: pytest.MonkeyPatch) 
     with joblib.parallel_config(kind, n_jobs=2):
         xr.testing.assert_identical(stationary_orbits(points, rtol=1e-4), expected)
     assert asked == [f"{kind.capitalize()}Backend"]
+
+
+def test_a_backend_that_returns_all_results_at_once_is_refused() -> None:
+    with (
+        joblib.parallel_config("multiprocessing", n_jobs=2),
+        pytest.raises(ExecutorError, match="MultiprocessingBackend cannot return blocks as they"),
+    ):
+        stationary_orbits({"T": TEMPERATURES}, rtol=1e-4)
 
 
 @pytest.mark.stress

@@ -9,7 +9,7 @@ import joblib
 from joblib.parallel import get_active_backend
 
 from stickslip.dispatch.children import children_started
-from stickslip.dispatch.errors import WorkersLostError
+from stickslip.dispatch.errors import ExecutorError, WorkersLostError
 from stickslip.dispatch.stop import Stop
 from stickslip.dispatch.task import Block, compute_block
 from stickslip.dispatch.thread_pool import ThreadExecutor
@@ -59,11 +59,17 @@ class JoblibWorkers(Workers):
         pass  # joblib ends its workers, or keeps them for the next call
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:  # noqa: ARG002 - of Workers
-        """Yield the finished blocks of the tasks; raises WorkersLostError."""
-        # Blocks are small and read once, so mapping them into memory as files would gain nothing.
-        parallel = joblib.Parallel(
-            self._jobs, return_as="generator_unordered", batch_size=1, max_nbytes=None
-        )
+        """Yield the finished blocks of the tasks; raises WorkersLostError and ExecutorError."""
+        try:
+            # Blocks are small and read once, so mapping them into memory as files gains nothing.
+            parallel = joblib.Parallel(
+                self._jobs, return_as="generator_unordered", batch_size=1, max_nbytes=None
+            )
+        except ValueError as error:
+            raise ExecutorError(
+                f"joblib's {type(get_active_backend()[0]).__name__} cannot return blocks as they "
+                "finish; name another backend in joblib.parallel_config, such as loky or threading"
+            ) from error
         try:
             with children_started():
                 blocks = parallel(joblib.delayed(compute_block)(task) for task in tasks)
