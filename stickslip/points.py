@@ -216,12 +216,12 @@ def _is_labelled(values: Any) -> bool:
 
 
 def _labelled(values: NDArray[np.float64], shape: tuple[int, ...], dims: list[str]) -> xr.DataArray:
-    """Return a plain array with named dimensions; a number has none."""
+    """Return a copy of a plain array with named dimensions; a number has none."""
     import xarray as xr
 
     if values.ndim == 0:
-        return xr.DataArray(values)
-    return xr.DataArray(np.broadcast_to(values, shape), dims=dims)
+        return xr.DataArray(values.copy())
+    return xr.DataArray(np.broadcast_to(values, shape).copy(), dims=dims)
 
 
 def _refuse_invalid(name: str, values: NDArray[np.float64]) -> None:

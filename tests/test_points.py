@@ -165,6 +165,16 @@ def test_arrays_broadcast_as_in_numpy() -> None:
     assert_single(where, temperature=250.0, viscosity_coefficient=3e4)
 
 
+def test_later_changes_of_an_array_do_not_reach_the_result() -> None:
+    temperature, viscosity = np.array([200.0]), np.array(3e4)
+    ds = stationary_orbits({"T": temperature, "k": viscosity})
+    temperature += 50.0
+    viscosity += 1e4
+    assert ds.temperature.item() == 200.0
+    assert ds.viscosity_coefficient.item() == 3e4
+    assert ds.temperature.values.flags.writeable
+
+
 def test_a_number_holds_for_all_points() -> None:
     ds = stationary_orbits({"T": TEMPERATURES, "k": 3e4})
     assert ds.viscosity_coefficient.dims == ()
