@@ -172,16 +172,17 @@ def _columns(points: Points) -> Mapping[Any, Any]:
                 f"{{'temperature': [200, 250]}}, or be a DataFrame, not {points!r}"
             )
         return points
-    if not points.columns.is_unique:  # a mapping would keep the last one
-        twice = points.columns[points.columns.duplicated()][0]
-        raise TypeError(f"the table has the column {twice!r} twice")
-    if levels := [name for name in points.index.names if canonical_name(str(name))]:
+    levels = [name for name in points.index.names if canonical_name(str(name))]
+    names = pd.Index([*levels, *points.columns])
+    if twice := [str(name) for name in names[names.duplicated()].unique()]:
+        raise TypeError(f"{', '.join(twice)} is given twice, by the columns or index of the table")
+    if levels:
         points = points.reset_index(level=levels)
     if points.index.nlevels > 1:
         points = points.reset_index(drop=True)
     return {
         name: column.to_xarray()
-        for name, column in points.rename_axis(points.index.name or POINT).items()
+        for name, column in points.rename_axis(str(points.index.name or POINT)).items()
     }
 
 

@@ -158,6 +158,12 @@ def test_parameters_in_the_index_of_a_table_count() -> None:
         assert ds.viscosity_coefficient.values.tolist() == [5e4, 4e4, 3e4]
 
 
+def test_an_index_may_be_named_by_a_number() -> None:
+    ds = stationary_orbits(pd.DataFrame({"T": [250.0]}, index=pd.Index([7], name=1)))
+    assert ds.friction_force_amplitude.dims == ("1",)
+    assert ds["1"].values.tolist() == [7]
+
+
 def test_arrays_broadcast_as_in_numpy() -> None:
     ds = stationary_orbits({"T": np.array(TEMPERATURES)[:, None], "k": np.array([5e4, 3e4])})
     assert dict(ds.sizes) == {"dim_0": 3, "dim_1": 2}
@@ -217,7 +223,12 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
     "a column twice": (
         pd.DataFrame([[200.0, 250.0]], columns=["T", "T"]),
         TypeError,
-        "the table has the column 'T' twice",
+        "T is given twice, by the columns",
+    ),
+    "a column and the index": (
+        pd.DataFrame({"T": [200.0]}).set_index("T", drop=False),
+        TypeError,
+        "T is given twice, by the columns",
     ),
     "a column of measurements": (
         pd.DataFrame({"T": [200.0], "friction": [1e-3]}),
