@@ -115,7 +115,7 @@ def _checked(args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[float]:
         raise TypeError(f"{', '.join(twice)} is given twice, by position and by name")
     given |= named
     values = {
-        name: _as_float(name, given.get(name, known.default)) for name, known in PARAMETERS.items()
+        name: as_float(name, given.get(name, known.default)) for name, known in PARAMETERS.items()
     }
     complaints = [
         f"{name} {complaint}"
@@ -129,7 +129,8 @@ def _checked(args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[float]:
     return list(values.values())
 
 
-def _as_float(name: str, value: Any) -> float:
+def as_float(name: str, value: Any) -> float:
+    """Return a value of a parameter as a float; raises ParameterError for text and the like."""
     if not isinstance(value, (str, bytes, bool)):
         with suppress(TypeError, ValueError, OverflowError):
             return float(value)

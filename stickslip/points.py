@@ -20,7 +20,7 @@ from stickslip.dispatch.workers import Workers
 from stickslip.kernels.families import KIND
 from stickslip.options import Options, options_for_orbits
 from stickslip.orbit import prepared_points
-from stickslip.parameters import ParameterError, Parameters
+from stickslip.parameters import ParameterError, Parameters, as_float
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
     PARAMETERS,
@@ -112,7 +112,9 @@ def places_of(points: Points) -> xr.Dataset:
     shape = _common_shape(plain)
     dims = [POINT] if len(shape) == 1 else [f"dim_{number}" for number in range(len(shape))]
     arrays = {name: _labelled(values, shape, dims) for name, values in plain.items()}
-    arrays |= {name: v.astype(float) for name, v in given.items() if _is_labelled(v)}
+    for name, labelled in ((n, v) for n, v in given.items() if _is_labelled(v)):
+        _numbers(name, labelled.values)  # refuses what is not a number, unlike `astype`
+        arrays[name] = labelled.astype(float)
     try:
         xr.align(*arrays.values(), join="exact")
     except ValueError as error:
@@ -187,13 +189,23 @@ def _columns(points: Points) -> Mapping[Any, Any]:
 
 
 def _numbers(name: str, values: Any) -> NDArray[np.float64]:
-    """Return a number, list or array of numbers as an array; raises ParameterError."""
+    """Return a number, list or array of numbers as a new array; raises ParameterError.
+
+    As for `Parameters`, text and truth values are not numbers.
+    """
+    wanted = f"{name} must be a number, or an array or a list of numbers"
+    if np.ma.is_masked(values):
+        raise ParameterError(f"{wanted}, none of them masked")
     try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(
-            f"{name} must be a number, or an array or a list of numbers: {error}"
-        ) from None
+        given = np.asarray(values)
+    except ValueError as error:  # lists of unequal lengths in a list
+        raise ParameterError(f"{wanted}: {error}") from None
+    if given.dtype.kind == "O":
+        each = [as_float(name, value) for value in given.flat]
+        return np.array(each, dtype=float).reshape(given.shape)
+    if given.dtype.kind not in "iuf" and given.size:
+        raise ParameterError(f"{wanted}, not {given.flat[0].item()!r}")
+    return given.astype(float)
 
 
 def _common_shape(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[int, ...]:

@@ -207,6 +207,25 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
     ),
     "ragged": ({"T": [1.0, [2.0]]}, ParameterError, "temperature must be a number, or an array"),
     "words": ({"k": ["a", 1.0]}, ParameterError, "viscosity_coefficient must be a number, or"),
+    "numbers as text": ({"T": ["200", "250"]}, ParameterError, "list of numbers, not '200'"),
+    "truth values": ({"T": np.array([True])}, ParameterError, "list of numbers, not True"),
+    "a truth value": ({"T": np.array([True, 1.0], object)}, ParameterError, "number, not True"),
+    "complex numbers": ({"T": [200.0 + 1.0j]}, ParameterError, "list of numbers, not (200+1j)"),
+    "masked": (
+        {"T": np.ma.array([200.0, 250.0], mask=[0, 1])},
+        ParameterError,
+        "none of them masked",
+    ),
+    "a word in a column": (
+        pd.DataFrame({"T": [200.0, "x"]}),
+        ParameterError,
+        "temperature must be a number, not 'x'",
+    ),
+    "text along a dimension": (
+        {"T": xr.DataArray(["200"], dims="a")},
+        ParameterError,
+        "temperature must be a number, or an array or a list of numbers, not '200'",
+    ),
     "lengths along a dimension": (
         {"T": xr.DataArray([1.0, 2.0], dims="a"), "k": xr.DataArray([1.0, 2.0, 3.0], dims="a")},
         ValueError,
