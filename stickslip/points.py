@@ -87,7 +87,8 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
     TypeError
         A parameter or option is unknown, or a parameter is given twice.
     ValueError
-        Shapes do not broadcast, or the coordinates of DataArrays differ.
+        Shapes do not broadcast, the coordinates of DataArrays differ, or a dimension has the name
+        of a parameter whose values do not lie along it.
     """
     places, chosen = places_of(points), options_for_orbits(**options)
     return results_at(places, orbit_rows(rows_of(places), chosen))
@@ -119,6 +120,7 @@ def places_of(points: Points) -> xr.Dataset:
         xr.align(*arrays.values(), join="exact")
     except ValueError as error:
         raise ValueError(f"{_unequal('equal coordinates', arrays)}: {error}") from None
+    _refuse_dimensions(arrays)
     for name, array in arrays.items():
         _refuse_invalid(name, np.asarray(array, dtype=float))
         array.attrs = PARAMETERS[name].attributes
@@ -235,6 +237,16 @@ def _labelled(values: NDArray[np.float64], shape: tuple[int, ...], dims: list[st
     if values.ndim == 0:
         return xr.DataArray(values.copy())
     return xr.DataArray(np.broadcast_to(values, shape).copy(), dims=dims)
+
+
+def _refuse_dimensions(arrays: Mapping[str, xr.DataArray]) -> None:
+    """Raise ValueError for a dimension named like a parameter whose values do not lie along it."""
+    for name in dict.fromkeys(dim for array in arrays.values() for dim in array.dims):
+        if name in PARAMETERS and (name not in arrays or arrays[str(name)].dims != (name,)):
+            raise ValueError(
+                f"{name} is a dimension of the points, but its values are not along it; give them "
+                f"as a DataArray with this dimension alone, or rename the dimension"
+            )
 
 
 def _refuse_invalid(name: str, values: NDArray[np.float64]) -> None:

@@ -231,6 +231,19 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
         ValueError,
         "need equal coordinates, but have: temperature 2, viscosity_coefficient 3",
     ),
+    "a parameter as a dimension alone": (
+        {"T": xr.DataArray([200.0], {"viscosity_coefficient": [1e5]}, "viscosity_coefficient")},
+        ValueError,
+        "viscosity_coefficient is a dimension of the points, but its values are not along it",
+    ),
+    "a parameter along another dimension": (
+        {
+            "T": xr.DataArray([200.0], dims="a"),
+            "k": xr.DataArray([5e4], dims="temperature"),
+        },
+        ValueError,
+        "temperature is a dimension of the points, but its values are not along it",
+    ),
     "other coordinates": (
         {
             "T": xr.DataArray([200.0, 250.0], {"sample": [1, 2]}, "sample"),
