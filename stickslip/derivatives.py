@@ -20,6 +20,7 @@ from stickslip.variables import (
     RESULT_COLUMNS,
     RESULTS,
     full_name,
+    full_names,
     unbounded,
 )
 
@@ -75,7 +76,8 @@ def sensitivities(
     points
         As for `stationary_orbits`.
     by
-        Names or symbols of parameters, which `points` need not have.
+        Names or symbols of parameters, which `points` need not have. One that is repeated counts
+        once.
     of
         `elastic_stress_amplitude`, `friction_force_amplitude` or both.
     rtol, **options
@@ -96,7 +98,7 @@ def sensitivities(
     TypeError
         A parameter or option is unknown. Other errors are as in `stationary_orbits`.
     """
-    parameters, amplitudes = [full_name(name) for name in _listed(by)], _listed(of)
+    parameters, amplitudes = [*dict.fromkeys(map(full_name, _listed(by)))], _listed(of)
     if not parameters or (unknown := set(amplitudes) - set(AMPLITUDES)):
         what = f"of: there is no amplitude {', '.join(unknown)}" if parameters else "by is empty"
         raise ValueError(f"{what}; there are {', '.join(AMPLITUDES)}")
@@ -146,11 +148,11 @@ def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
     Raises
     ------
     TypeError
-        A parameter is unknown.
+        A parameter is unknown, or given twice.
     ValueError
         `ds` lacks the derivative by a parameter.
     """
-    by_name = {full_name(name): error for name, error in errors.items()}
+    by_name = full_names(errors)
     if PARAMETER not in ds.coords or (missing := by_name.keys() - set(ds[PARAMETER].values)):
         lacking = f"by {', '.join(sorted(missing))}" if PARAMETER in ds.coords else "at all"
         raise ValueError(f"there are no derivatives {lacking}: call sensitivities(..., by=...)")

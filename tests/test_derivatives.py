@@ -138,6 +138,16 @@ def test_an_error_agrees_with_a_random_sample() -> None:
     assert error == pytest.approx(drawn[F].std().item(), rel=0.1)
 
 
+def test_an_error_that_is_given_twice_is_refused(found: xr.Dataset) -> None:
+    with pytest.raises(TypeError, match="viscosity_coefficient is given twice"):
+        propagated(found, {"k": 5e3, "viscosity_coefficient": 1e3})
+
+
+def test_a_name_repeated_in_by_counts_once() -> None:
+    ds = sensitivities({}, by=["k", "viscosity_coefficient", "k"])
+    assert ds.parameter.values.tolist() == ["viscosity_coefficient"]
+
+
 def test_an_error_without_its_derivative_is_refused(found: xr.Dataset) -> None:
     with pytest.raises(ValueError, match="no derivatives by block_mass"):
         propagated(found, {"M": 0.01})
