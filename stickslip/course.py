@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,7 +55,7 @@ def course_of(pull: Pull) -> Course:
 
     Raises PullError, with the faulty row of the table.
     """
-    if isinstance(pull, (int, float)) and not isinstance(pull, bool):
+    if _is_number(pull):
         time, velocity = np.zeros(1), np.array([float(pull)])
     else:
         time, velocity = _columns(pull)
@@ -88,6 +88,13 @@ def _refuse_disorder(time: NDArray[np.float64]) -> None:
             "the velocity jumps from the first to the second",
             row,
         )
+
+
+def _is_number(pull: Any) -> TypeGuard[float]:
+    """Return whether a pull is a number, perhaps one of NumPy or an array without dimensions."""
+    if getattr(pull, "ndim", None) == 0:
+        return str(pull.dtype.kind) in "iuf"
+    return isinstance(pull, (int, float)) and not isinstance(pull, bool)
 
 
 def _columns(pull: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

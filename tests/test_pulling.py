@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 from support import reference
 from support.marks import one_then
@@ -152,10 +153,19 @@ def test_only_the_last_velocity_counts_for_the_summary() -> None:
 
 
 @pytest.mark.parametrize(
+    "pull", [2, np.int64(2), np.float32(2.0), np.array(2.0), xr.DataArray(2.0)]
+)
+def test_any_number_is_a_constant_velocity(pull: object) -> None:
+    course = course_of(pull)  # type: ignore[arg-type]
+    assert (course.time.tolist(), course.velocity.tolist()) == ([0.0], [2.0])
+
+
+@pytest.mark.parametrize(
     ("pull", "message"),
     [
         ("fast", "a velocity in m/s, or a table"),
         (True, "a velocity in m/s, or a table"),
+        (np.bool_(True), "a velocity in m/s, or a table"),
         (0.0, "nothing would be pulled"),
         (math.nan, "velocity is nan"),
         ({"velocity": [1e-6]}, "elapsed_time is missing"),
