@@ -127,15 +127,13 @@ def simulate(
         A scheduled value is out of range, a scheduled name is not a parameter, or `parameters` or
         `schedule` has the wrong type.
     ValueError
-        There is less than one period, or one sample of a period or a pull; the start is neither a
+        There is less than one period, one sample per period or one sample; the start is neither a
         name nor a state; a schedule has no values, or unequal numbers of them; a pull is invalid
         (PullError), or combined with an option that it excludes.
     """
-    if periods < 1 or samples_per_period < 1:
-        raise ValueError("periods and samples_per_period must be at least 1")
-    if samples < 1:  # the kernel writes the last sample, whatever the room
-        raise ValueError("samples must be at least 1")
-    scheduled = _scheduled(schedule or {})
+    if min(periods, samples_per_period, samples) < 1:  # the kernel writes a sample in any case
+        raise ValueError("periods, samples_per_period and samples must be at least 1")
+    scheduled = _scheduled({} if schedule is None else schedule)
     sections = _sections(given_or_default(parameters), scheduled)
     options = Options(
         method=method,
@@ -279,12 +277,20 @@ def _refuse_unknown_start(
 ) -> None:
     """Raise ValueError for a start that is neither a name nor a finite state."""
     names = get_args(StartName)
-    is_state = np.shape(start) == (len(components),) and bool(np.isfinite(start).all())
-    if not (start in names if isinstance(start, str) else is_state):
+    if not (start in names if isinstance(start, str) else _is_state(start, len(components))):
         state = ", ".join(component.symbol for component in components)
         raise ValueError(
             f"start must be one of {names}, or a state ({state}) of finite numbers; not {start!r}"
         )
+
+
+def _is_state(start: Any, width: int) -> bool:
+    """Return whether a start is a state (width,) of finite numbers."""
+    try:
+        state = np.asarray(start, dtype=float)
+    except (TypeError, ValueError):
+        return False
+    return state.shape == (width,) and bool(np.isfinite(state).all())
 
 
 def _start_state(

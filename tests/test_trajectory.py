@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from support import reference
@@ -248,6 +250,8 @@ def test_a_film_that_could_never_solidify_is_an_error() -> None:
         ({"drive": 2e-6, "duration": 1.0, "samples": 0}, "samples must be at least 1"),
         ({"drive": 2e-6, "duration": 1.0, "samples": -1}, "samples must be at least 1"),
         ({"start": "somewhere"}, "start must be one of"),
+        ({"start": [0.0, 0.0]}, "start must be one of"),
+        ({"start": ["a", "b", "c"]}, "start must be one of"),
         ({"schedule": {"temperature": [200.0, 250.0], "X_m": [1e-6]}}, "temperature 2, drive"),
         ({"schedule": {"temperature": []}}, "equally many values, but have: temperature 0"),
         ({"schedule": {"initial_velocity": [0.0]}}, "initial_velocity cannot be scheduled"),
@@ -257,6 +261,12 @@ def test_a_film_that_could_never_solidify_is_an_error() -> None:
 def test_invalid_arguments_are_refused_with_a_reason(wrong: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         simulate(**wrong)
+
+
+@pytest.mark.parametrize("schedule", [pd.DataFrame({"T": [200.0]}), [200.0], {"T": 200.0}])
+def test_a_schedule_that_is_no_mapping_to_lists_is_refused(schedule: Any) -> None:
+    with pytest.raises(TypeError, match="schedule must map parameters to lists of values"):
+        simulate(schedule=schedule)
 
 
 # --- stochastic films -----------------------------------------------------------------------------
