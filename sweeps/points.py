@@ -28,7 +28,7 @@ from sweeps.charts.choice import places_at, with_numbers
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Execution
 from sweeps.config.yaml_reader import read_mapping
-from sweeps.engine.settings import SOURCE, config_without_axes, options_of
+from sweeps.engine.settings import SOURCE, config_without_axes, options_of, varied_in
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import software
@@ -318,7 +318,7 @@ def _point(chosen: xr.Dataset) -> Point:
     try:
         written = config_without_axes(str(chosen.attrs["config"]))
         values = {name: chosen[name].item() for name in PARAMETERS if name in chosen.variables}
-        config = config_of(written, values)
+        config = config_of(chosen, values)
         return Point(
             config=config,
             where=_in_words(chosen, written.get("model") or {}),
@@ -330,10 +330,21 @@ def _point(chosen: xr.Dataset) -> Point:
         raise PointError(f"the config of this result cannot be read:\n{error}") from None
 
 
-def config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config:
-    """Return the config of a point alone; `written` is the config of the result without axes."""
+def config_of(ds: xr.Dataset, values: Mapping[str, float]) -> Config:
+    """Return the config of a point of a result alone; `values` are the parameters in the Dataset.
+
+    Fixed parameters that were dropped from the Dataset are those of its config. Raises PointError
+    if one that varied was dropped, ConfigError.
+    """
+    text = str(ds.attrs["config"])
+    if lost := [name for name in varied_in(text) if name not in values]:
+        raise PointError(
+            f"{' and '.join(lost)} varied in this result and was dropped from it, so that the "
+            "value here is unknown: choose with isel() or sel() without drop=True"
+        )
+    written = config_without_axes(text)
     kept = {key: value for key, value in written.items() if key not in ("follow", "refine")}
-    return from_mapping(kept | {"model": values}, SOURCE)
+    return from_mapping(kept | {"model": {**(written.get("model") or {}), **values}}, SOURCE)
 
 
 def _line_before(

@@ -69,6 +69,15 @@ def test_a_part_of_a_result_has_points_too(ds: xr.Dataset) -> None:
     assert point.differences() == {}
 
 
+def test_dropped_parameters_are_those_of_the_config_or_refused() -> None:
+    ds = run({"model": {"K": 1000}, "sweep": {"T": [150, 250], "omega": [10, 40]}})
+    point = point_of(ds.drop_vars("spring_stiffness"), T=150, omega=40)
+    assert point.parameters.spring_stiffness == 1000.0
+    assert not point.differences()
+    with pytest.raises(PointError, match="temperature varied in this result and was dropped"):
+        point_of(ds.isel(temperature=0, drop=True), omega=40)
+
+
 def test_a_stack_of_results_gives_each_point_its_own_orbit_or_none() -> None:
     one = MAP | {"sweep": {"T": [200, 250]}}
     ds, stiffer = (run(one | {"model": {"K": stiffness}}) for stiffness in (3000, 4000))

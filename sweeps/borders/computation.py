@@ -28,11 +28,11 @@ from sweeps.charts.axes import is_geometric
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
 from sweeps.engine.progress import in_flight_text
-from sweeps.engine.settings import config_without_axes, options_of
+from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
 from sweeps.grid import DIRECTION
 from sweeps.human import clock, counted
-from sweeps.points import config_of, curve_or_map
+from sweeps.points import PointError, config_of, curve_or_map
 
 Kind = Literal["regime", "orbit"]
 
@@ -243,7 +243,9 @@ def _config_of(ds: xr.Dataset) -> Config:
     known = [name for name in PARAMETERS if name in ds.variables]
     model = {name: float(ds[name].values.flat[0]) for name in known}
     try:
-        config = config_of(config_without_axes(str(ds.attrs["config"])), model)
+        config = config_of(ds, model)
+    except PointError as error:
+        raise BoundaryError(str(error)) from None
     except ConfigError as error:
         raise BoundaryError(f"the config of this result cannot be read:\n{error}") from None
     if options_of(config).physics.chance:

@@ -23,6 +23,7 @@ from sweeps.human import counted
 
 SOURCE = "the config of this result"
 _AXES = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
+_NAME = re.compile(r"^  (\w+):", re.MULTILINE)
 
 CHUNK = 100_000
 """How many points are checked at a time for a stable step."""
@@ -43,6 +44,12 @@ def config_without_axes(text: str, source: str = SOURCE) -> Mapping[str, Any]:
     because a report asks for many points of one result.
     """
     return read_mapping(_AXES.sub("", text), source)
+
+
+@lru_cache(maxsize=1)
+def varied_in(text: str) -> tuple[str, ...]:
+    """Return the parameters that vary in the config of a result."""
+    return tuple(name for found in _AXES.finditer(text) for name in _NAME.findall(found[0]))
 
 
 def options_of(config: Config) -> Options:

@@ -219,6 +219,17 @@ def test_a_fitted_curve_has_borders_as_its_sweep_has(line: xr.Dataset) -> None:
     xr.testing.assert_equal(fitted.stickslip.boundaries(1e-3), part.stickslip.boundaries(1e-3))
 
 
+def test_dropped_parameters_are_those_of_the_config_or_refused() -> None:
+    rough = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}, "model": {"K": 1000}}
+    axes = {"T": {"linspace": [150, 320], "num": 6}, "omega": [10, 40]}
+    ds = run(rough | {"sweep": axes})
+    slow = ds.isel(angular_frequency=0)
+    found = slow.drop_vars("spring_stiffness").stickslip.boundaries(1e-2)
+    np.testing.assert_array_equal(found.temperature, slow.stickslip.boundaries(1e-2).temperature)
+    with pytest.raises(BoundaryError, match="angular_frequency varied in this result"):
+        ds.isel(angular_frequency=1, drop=True).stickslip.boundaries(1e-2)
+
+
 def test_one_kind_has_no_borders(line: xr.Dataset) -> None:
     part = line.sel(angular_frequency=slice(50, 60))
     assert part.stickslip.boundaries().sizes["boundary_point"] == 0
