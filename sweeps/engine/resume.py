@@ -20,6 +20,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config
+from sweeps.engine.computing import interpolate
 from sweeps.engine.existing import (
     ExistingPoints,
     Part,
@@ -85,6 +86,7 @@ class Decision:
         if self.manifest is not None:
             opened = opened_journal(self.target, self.folder, self.manifest, readonly=True)
             with closing(opened) as journal:
+                interpolate(self.target.config, self.target.grid, journal)
                 done |= journal.done
         if self.file is not None:
             for numbers, _ in self.file.carried(self.target):
@@ -381,6 +383,7 @@ def state_of(output: Path) -> dict[str, Any]:
         config, part = found_in_journal(folder.journal, manifest).config, manifest.get("part", "")
         target = Target.of(config, Part.parse(part) if part else None)
         with closing(opened_journal(target, folder, manifest, readonly=True)) as journal:
+            interpolate(target.config, target.grid, journal)
             statuses = journal.statuses.copy()
             statuses[Status.PENDING] = np.count_nonzero(target.needed & ~journal.done)
         whole = statuses[Status.PENDING] == 0 and folder.output.exists()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stickslip.dispatch.task import Block
 from stickslip.status import Status
 from sweeps.config.load import Config
-from sweeps.engine.computing import compile_first, missing_blocks
+from sweeps.engine.computing import compile_first, interpolate, missing_blocks
 from sweeps.engine.executors import make_executor
 from sweeps.engine.existing import Part, RefusalError, Target
 from sweeps.engine.progress import Counts, display_of, stop_text
@@ -215,6 +215,7 @@ def _export(
             "--overwrite does so, or finish the sweep first"
         )
     with closing(decide(target, folder, ExistingPolicy()).begin()) as journal:
+        interpolate(target.config, target.grid, journal)
         written = JournaledResult(target, journal, folder, before).write()
         missing = int(np.count_nonzero(target.needed & ~journal.done))
         if not missing:

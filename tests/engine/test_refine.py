@@ -243,3 +243,13 @@ def test_a_finer_grid_computes_only_the_points_that_it_lacks(shell: Shell) -> No
     assert f"289 points (17 x 17): {coarse} in a.nc; {289 - coarse} to compute" in err
     assert len(set(shell.computed)) == 289 - coarse
     assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
+def test_a_kept_journal_has_the_interpolated_points_too(shell: Shell) -> None:
+    write("a.yaml", MAP, LOOSE)
+    shell.ok("sweep", "a.yaml", "-o", "a.nc", "--keep-journal")
+    made = hash_of("a.nc")
+    assert "a.nc: complete\n289 of 289 points done" in shell("status", "a.nc").out
+    assert "289 already computed" in shell("check", "a.yaml", "-o", "a.nc").out
+    assert "pending" not in shell.ok("sweep", "a.yaml", "-o", "a.nc", "--partial").out
+    assert hash_of("a.nc") == made
