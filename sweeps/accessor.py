@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS, canonical_name
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.paths import path_of
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ class StickslipAccessor:
                 f"map takes values of axes only; for {others[0]} call "
                 f"plot({variable!r}, x=..., y=..., {others[0]}=...)"
             )
-        chosen = {canonical_name(name) or name for name in (*at, x, y) if name is not None}
+        chosen = {self._dim(name) for name in (*at, x, y) if name is not None}
         free = sorted(
             (str(dim) for dim, size in self._ds.sizes.items() if size > 1 and dim not in chosen),
             key=lambda dim: -self._ds.sizes[dim],
@@ -180,6 +180,15 @@ class StickslipAccessor:
         x = x or free.pop(0)
         y = y or free.pop(0)
         return self.plot(variable, x=x, y=y, at=at)
+
+    def _dim(self, name: str) -> str:
+        """Return the dimension of an axis; an unknown name is refused when it is drawn."""
+        from sweeps.charts.choice import axis_named
+
+        try:
+            return axis_named(self._ds, name)[0]
+        except ValueError:
+            return name
 
     def boundaries(
         self, accuracy: float = 1e-6, kind: Kind = "regime", *, workers: int | None = None

@@ -72,6 +72,13 @@ def test_pictures(ds: xr.Dataset) -> None:
         ds.stickslip.plot("friction")
 
 
+def test_a_map_cuts_the_cases_at_a_linked_parameter() -> None:
+    linked = {"K": [500, 1000, 2000, 3000], "k": [4e4, 5e4, 6e4, 7e4]}
+    ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}, "cases": linked})
+    assert ds.stickslip.map("regime", K=500).axes
+    assert ds.stickslip.map("regime", x="K", omega=10).axes
+
+
 def test_maps_take_the_longest_axes(ds: xr.Dataset) -> None:
     assert ds.stickslip.map("regime").axes
     assert ds.stickslip.map("friction_force_amplitude", x="K").axes
