@@ -187,6 +187,22 @@ def test_linked_cases_are_chosen_by_number_or_by_value() -> None:
     )
 
 
+def test_a_value_that_several_cases_share_chooses_none_of_them() -> None:
+    ds = run(LOOSE | {"cases": {"T": [200.0, 200.0, 210.0], "k": [5e4, 6e4, 5e4]}})
+    with pytest.raises(PointError, match="2 points along case have this value; choose one by case"):
+        point_of(ds, T=200)
+    assert point_of(ds, T=209).parameters.temperature == 210.0
+    with pytest.raises(ValueError, match="2 points along case have this value"):
+        ds.stickslip.plot("F_max", at={"T": 200})
+
+
+def test_values_may_come_from_an_array(ds: xr.Dataset) -> None:
+    for temperature in ds.temperature:
+        point = point_of(ds, T=temperature, gamma=ds.rheological_index[0])
+        assert point.parameters.temperature == temperature
+    assert ds.stickslip.plot("F_max", x="gamma", at={"T": ds.temperature[:2].values}).axes
+
+
 def test_the_texts_of_a_point(ds: xr.Dataset) -> None:
     point = point_of(ds, T=200, gamma=-2 / 3)
     assert repr(point) == "<Point temperature = 200 K, rheological_index = -0.666667: ok>"

@@ -161,7 +161,19 @@ def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
         if dim in places:
             raise ValueError(f"'{text}' slices {dim} a second time; leave one out")
         places[dim] = _nearest(ds[name], value, text)
+        _refuse_equals(ds, dim, name, places[dim], text)
     return places
+
+
+def _refuse_equals(ds: xr.Dataset, dim: str, name: str, place: int, text: str) -> None:
+    """Raise ValueError if another place of a dimension has the same value of a coordinate."""
+    values = ds[name].values
+    equal = int(np.count_nonzero(values == values[place])) if name != dim else 1
+    if equal > 1:
+        raise ValueError(
+            f"'{text}': {equal} points along {dim} have this value; choose one by {dim}, for "
+            f"example {dim}={ds[dim].values[place]}"
+        )
 
 
 def _sliced_again(text: str, dim: str, key: str) -> ValueError:
