@@ -85,6 +85,8 @@ def stop() -> None:
 def _read(path: Path, limit: float) -> int:
     """Let the reader read a file; return the number of the signal that ended it, or 0."""
     global _reader
+    if _reader is not None and _reader.poll() is not None:  # killed, or that of our parent process
+        stop()
     reader = _reader = _reader or _started()
     assert reader.stdin is not None
     assert reader.stdout is not None

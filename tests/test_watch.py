@@ -48,6 +48,25 @@ def test_a_sound_file_passes_again_and_again(path: Path) -> None:
     require_readable(path.with_name("absent"))
 
 
+def test_a_reader_that_was_killed_is_replaced(path: Path) -> None:
+    require_readable(path)
+    assert watch._reader is not None
+    os.killpg(watch._reader.pid, signal.SIGKILL)
+    os.waitid(os.P_PID, watch._reader.pid, os.WEXITED | os.WNOWAIT)
+    require_readable(path)
+
+
+def test_a_forked_process_has_a_reader_of_its_own(path: Path) -> None:
+    require_readable(path)
+    reader = watch._reader
+    if (child := os.fork()) == 0:
+        require_readable(path)
+        os._exit(0 if watch._reader is not reader else 1)
+    assert os.waitpid(child, 0)[1] == 0
+    require_readable(path)
+    assert watch._reader is reader
+
+
 def test_a_file_that_raises_an_error_passes(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:2000])
     require_readable(path)
