@@ -3,8 +3,9 @@
 A parameter gets its new value wherever it was given. A single number fixes it, and removes its
 axis if it had one. A list or a form such as `{linspace: ...}` makes it an axis, in the old place or
 after the other axes. For a parameter linked in `cases`, a list replaces its values and a single
-number is refused; `case=INDEX` picks one case and fixes all linked parameters. Any other key is a
-path with dots, such as `integrator.rtol`.
+number is refused; `case=INDEX` picks one case and fixes all linked parameters. A parameter that
+`sample` draws is refused: `sample.NAME=[LOW, HIGH]` changes its range. Any other key is a path with
+dots, such as `integrator.rtol`.
 """
 
 from __future__ import annotations
@@ -81,6 +82,12 @@ def _set_parameter(document: Document, key: str, name: str, written: Document) -
                 "or give a list",
                 key,
             )
+        return
+    if drawn := document.path_of(name, "sample"):
+        change = f"its range with --set 'sample.{drawn[1]}=[LOW, HIGH]'"
+        written.refuse(
+            f"is drawn by `sample`; pick one case with --set case=0, or change {change}", key
+        )
         return
     gone, section = ("model", "sweep") if is_axis else ("sweep", "model")
     while old := document.path_of(name, gone):

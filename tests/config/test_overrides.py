@@ -44,6 +44,20 @@ def test_only_a_list_replaces_a_parameter_of_cases() -> None:
     assert "equally many" in problems(text, "T=[7, 8, 9]")[0]
 
 
+def test_a_parameter_of_a_sample_is_refused_with_the_ways_out() -> None:
+    text = "sample: {sobol: 4, T: [150, 320], k: [4e4, 5e4]}"
+    for change in ("temperature=200", "T=[200, 250]"):
+        (message,) = problems(text, change)
+        assert message.startswith(f"--set {change}: ")
+        assert message.endswith(
+            "is drawn by `sample`; pick one case with --set case=0, or change its range with "
+            "--set 'sample.T=[LOW, HIGH]'"
+        )
+    config = from_yaml(text, overrides=["sample.T=[200, 250]"])
+    assert min(config.cases["temperature"]) >= 200.0
+    assert from_yaml(text, overrides=["case=0"]).model.keys() == config.cases.keys()
+
+
 def test_a_case_is_picked() -> None:
     config = from_yaml("cases: {T: [1, 2], k: [3, 4]}\nmodel: {K: 5}", overrides=["case=1"])
     assert config.model == {"spring_stiffness": 5, "temperature": 2, "viscosity_coefficient": 4}
