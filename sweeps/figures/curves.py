@@ -50,6 +50,7 @@ _ROW = 0.035  # of a panel's height: one row of crosses for missing points
 _WAY_WIDTH = 1.4  # points, in the legend
 _UP_AT, _HEAD = 0.6, 9.0  # where on a curve its arrow is; the size of the arrow in points
 _BAND = 0.2  # opacity
+_BAR = 3.0  # points: the width of the bar in place of a band
 _MARGIN = 0.02  # beside a curve, as a part of its length; markers need more
 
 
@@ -111,9 +112,7 @@ def _draw_panel(
         style = curve.style(colours)
         _draw_line(axes, axis, curve, style, marked=True)
         _draw_arrow(axes, axis.quantity.values, curve, style.colour)
-        look: dict[str, Any] = {"color": style.colour, "alpha": _BAND, "linewidth": 0.0}
-        for ends in curve.bands:
-            axes.fill_between(axis.quantity.values, *ends, **look)
+        _draw_bands(axes, axis, curve, style.colour)
         missing = missing_points(panel.dataset.isel(curve.places), variables).values
         if missing.any():
             row = rows[curve.places.get(str(layout.hue), 0)]
@@ -138,15 +137,30 @@ def _draw_line(
     x, y = break_line(axis, curve.values, curve.jumps)
     marks: dict[str, Any] = {}
     if marked:
-        alone = np.isfinite(y)
-        if y.size > _FEW:
-            padded = np.pad(alone, 1)
-            alone &= ~padded[:-2] & ~padded[2:]
+        alone = _stands_alone(y) if y.size > _FEW else np.isfinite(y)
         marks = {"marker": "o", "markevery": np.flatnonzero(alone).tolist()}
     axes.plot(x, y, **marks, **line_of(style))
     dotted: dict[str, Any] = {"color": style.colour, "linewidth": 0.7, "gid": "jump"}
     for i in np.flatnonzero(curve.jumps):
         axes.plot([axis.middles[i]] * 2, curve.values[i : i + 2], ":", **dotted)
+
+
+def _draw_bands(axes: Axes, axis: Axis, curve: Curve, colour: str) -> None:
+    """Draw the bands of a curve with gaps at its jumps; a point that no band reaches has a bar."""
+    for ends in curve.bands:
+        (x, low), (_, high) = (break_line(axis, end, curve.jumps) for end in ends)
+        axes.fill_between(x, low, high, color=colour, alpha=_BAND, linewidth=0.0)
+        alone = _stands_alone(low) & (high > low)
+        if alone.any():
+            bar: dict[str, Any] = {"color": colour, "alpha": 2 * _BAND, "linewidth": _BAR}
+            axes.vlines(x[alone], low[alone], high[alone], **bar)
+
+
+def _stands_alone(y: Array) -> np.ndarray:
+    """Return True for the values that no line reaches."""
+    finite = np.pad(np.isfinite(y), 1)
+    alone: np.ndarray = finite[1:-1] & ~finite[:-2] & ~finite[2:]
+    return alone
 
 
 def _draw_arrow(axes: Axes, x: Array, curve: Curve, colour: str) -> None:

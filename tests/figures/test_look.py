@@ -200,6 +200,26 @@ def test_a_band_lies_around_means_and_within_the_panel():
     assert axes.get_ylim()[1] > 5.0
 
 
+def test_a_band_ends_at_a_jump_and_a_mean_between_two_jumps_has_a_bar():
+    ds = sweep(temperature=TEMPERATURES)
+    periods, stress = np.ones(35, dtype="i4"), np.full(35, 4e6)
+    for means in (slice(5, 6), slice(15, 20)):  # a single mean, and a band of five
+        periods[means], stress[means] = 0, 2e6
+    ds = ds.assign(
+        orbit_periods=("temperature", periods),
+        elastic_stress_amplitude=("temperature", stress),
+        elastic_stress_amplitude_spread=("temperature", np.full(35, 2e5)),
+    )
+    axes = panels(draw(described(ds)))[0]
+    band, bar = axes.collections
+    x = np.concatenate([path.vertices[:, 0] for path in band.get_paths()])
+    y = np.concatenate([path.vertices[:, 1] for path in band.get_paths()])
+    wide = x[(np.abs(y - 4.0) > 1e-9) & (x != TEMPERATURES[5])]
+    assert (wide.min(), wide.max()) == (TEMPERATURES[15], TEMPERATURES[19])
+    (ends,) = bar.get_segments()
+    np.testing.assert_allclose(ends, [[TEMPERATURES[5], 1.8], [TEMPERATURES[5], 2.2]])
+
+
 def test_axes_of_the_user_are_drawn_into(ds):
     figure = Figure(figsize=(3.37, 4.2))
     above, below = figure.subplots(2)
