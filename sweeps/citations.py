@@ -72,6 +72,34 @@ METHODS: Mapping[str, str] = {
   pages   = {341--359},
   year    = {1997},
 }""",
+    "posterior": """\
+@article{foremanmackey2013emcee,
+  author  = {Foreman-Mackey, D. and Hogg, D. W. and Lang, D. and Goodman, J.},
+  title   = {emcee: The {MCMC} Hammer},
+  journal = {Publications of the Astronomical Society of the Pacific},
+  volume  = {125},
+  pages   = {306--312},
+  year    = {2013},
+}
+
+@article{terbraak2006markov,
+  author  = {ter Braak, C. J. F.},
+  title   = {A {Markov} Chain {Monte} {Carlo} version of the genetic algorithm {Differential}
+             {Evolution}: easy {Bayesian} computing for real parameter spaces},
+  journal = {Statistics and Computing},
+  volume  = {16},
+  pages   = {239--249},
+  year    = {2006},
+}
+
+@article{terbraak2008differential,
+  author  = {ter Braak, C. J. F. and Vrugt, J. A.},
+  title   = {Differential Evolution {Markov} Chain with snooker updater and fewer chains},
+  journal = {Statistics and Computing},
+  volume  = {18},
+  pages   = {435--446},
+  year    = {2008},
+}""",
 }
 """The source of each method; docs/numerics.md describes its use."""
 
@@ -110,3 +138,5 @@ def _methods(attributes: Mapping[str, Any], kind: str) -> Iterator[str]:
         yield METHODS["stochastic"]
     if kind in METHODS:
         yield METHODS[kind]
+    if "posterior_steps" in attributes:  # a fit with draws
+        yield METHODS["posterior"]

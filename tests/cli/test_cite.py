@@ -55,6 +55,13 @@ def test_each_method_has_its_source(source: str, config: str, kind: str, method:
     assert keys(bibtex({"source": f"stickslip 1.0.0, {source}"}, "phases")) == keys(bibtex())
 
 
+def test_a_posterior_cites_its_sampler_and_its_moves() -> None:
+    fitted = {"source": "stickslip 1.0.0, method adaptive"}
+    entries = bibtex(fitted | {"posterior_steps": 600}, "fit")
+    added = ["foremanmackey2013emcee", "terbraak2006markov", "terbraak2008differential"]
+    assert keys(entries) == [*keys(bibtex(fitted, "fit")), *added]
+
+
 def test_a_title_is_no_method() -> None:
     titled = from_mapping({"title": "treatment: stochastic, or not?"}).resolved_yaml()
     assert keys(bibtex({"config": titled})) == keys(bibtex())
