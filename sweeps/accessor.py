@@ -137,12 +137,13 @@ class StickslipAccessor:
         >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
         >>> figure = ds.stickslip.plot("F_max", x="T", hue="omega")
         """
+        from sweeps.charts.choice import text_of
         from sweeps.figures import Look, PlotOptions, draw
         from sweeps.figures.save import displayed
         from sweeps.measurements import read_data
 
         variables = variable if variable is None or isinstance(variable, str) else tuple(variable)
-        cuts = tuple(f"{name}={_cut(value)}" for name, value in (at or {}).items())
+        cuts = tuple(f"{name}={text_of(value)}" for name, value in (at or {}).items())
         file = None if style is None else path_of(style)
         look = Look(size, xlim, ylim, (vmin, vmax), letters, note, title, file, ax)
         options = PlotOptions(
@@ -287,8 +288,3 @@ class StickslipAccessor:
         page = path_of(path)
         write_report(self._ds.compute(), page, name=name_of(self._ds), borders=boundaries)
         return page
-
-
-def _cut(value: Any) -> str:
-    """Return one value or several as the option `--at` takes them."""
-    return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)

@@ -53,6 +53,18 @@ def test_a_point(ds: xr.Dataset) -> None:
     assert axes.lines
 
 
+def test_values_of_axes_may_be_arrays(ds: xr.Dataset) -> None:
+    point = ds.stickslip.at(T=ds.temperature[4], K=ds.spring_stiffness.max())
+    assert (point.parameters.temperature, point.parameters.spring_stiffness) == (250.0, 3000.0)
+    for values in (np.array([500.0, 3000.0]), ds.spring_stiffness[[0, -1]], [500, 3000]):
+        figure = ds.stickslip.plot("friction_force_amplitude", x="T", at={"K": values})
+        assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+            "$K = 500$ N/m",
+            "$K = 3000$ N/m",
+        ]
+    assert len(ds.stickslip.plot("F_max", x="T", at={"K": ds.spring_stiffness[0]}).axes) == 1
+
+
 def test_failed_points_are_masked(ds: xr.Dataset) -> None:
     failed = ds.copy(deep=True)
     failed.status[0, 0], failed.status[1, 1] = Status.DIVERGED, Status.INTERPOLATED

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -144,6 +145,12 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
     ds = ds.isel(some)
     places = places_at(ds, texts)
     return ds.isel(places), f"At {slice_label(ds, places)}." if places else ""
+
+
+def text_of(value: Any) -> str:
+    """Return one value or several, such as an array, as the option `--at` takes them."""
+    values = np.asarray(value).tolist() if np.ndim(value) or hasattr(value, "ndim") else value
+    return ",".join(map(str, values)) if isinstance(values, list) else str(values)
 
 
 def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
