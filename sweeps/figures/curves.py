@@ -17,7 +17,16 @@ from matplotlib.ticker import MaxNLocator
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.charts.axes import MANY, Axis, Layout, axis_of, coordinate_of, thinned
 from sweeps.charts.chart import Curve, axis_limits, break_line, curves_of, range_with_bands
-from sweeps.charts.colours import BLACK, SINGLE, CurveStyle, hue_of, way_style
+from sweeps.charts.colours import (
+    BLACK,
+    KINDS,
+    SINGLE,
+    CurveStyle,
+    code_name,
+    hue_of,
+    kinds_in,
+    way_style,
+)
 from sweeps.charts.labels import (
     DIRECTIONS,
     Array,
@@ -92,6 +101,10 @@ def draw_curves(
         if data is not None:
             low, high = _range_with_data(low, high, panel, data, np.any(on, axis=0), log=log)
         panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
+        if panel.variable in KINDS and not log:
+            codes = kinds_in(drawn.dataset, panel.variable) or ()
+            names = [code_name(panel.variable, code).replace(", ", ",\n") for code in codes]
+            panel.axes.set_yticks(codes, labels=names)
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))

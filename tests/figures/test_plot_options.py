@@ -107,6 +107,14 @@ def test_scales_are_logarithmic_where_asked(ds):
     assert [bar.get_yscale() for bar in figure.axes[2:]] == ["log", "log"]
 
 
+def test_kinds_beside_a_curve_have_their_names():
+    kinds = np.where(TEMPERATURES < 250.0, 2, 0).astype("i1")
+    ds = sweep(temperature=TEMPERATURES).assign(regime=("temperature", kinds))
+    _, axes = panels(chosen(ds, variable=("F_max", "regime")))
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert (axes.get_yticks().tolist(), names) == ([0, 2], ["liquid", "stick-slip,\nsymmetric"])
+
+
 def test_values_without_a_logarithm_are_counted(ds):
     ds["elastic_stress_amplitude"][:4] = 0.0
     one = ("gamma=0", "K=3000")
