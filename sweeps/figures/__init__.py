@@ -7,10 +7,12 @@ scale table of `sweeps.charts.labels` converts units, such as Pa to MPa or m to 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from string import ascii_lowercase
 from typing import Any
 
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm
 from matplotlib.figure import Figure
 
@@ -84,6 +86,7 @@ def _finish(figure: Figure, look: Look) -> None:
     """
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     panels = [look.axes] if look.axes else panels
+    coloured = False
     for axes in panels:
         _require_positive("xlim", look.xlim, logarithmic=axes.get_xscale() == "log")
         _require_positive("ylim", look.ylim, logarithmic=axes.get_yscale() == "log")
@@ -93,6 +96,8 @@ def _finish(figure: Figure, look: Look) -> None:
             if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
                 _require_positive("clim", look.clim, logarithmic=isinstance(drawn.norm, LogNorm))
                 drawn.set_clim(*look.clim)
+                coloured = True
+    _require_effect(look, panels, coloured=coloured)
     if look.letters:
         first = 0 if look.letters is True else ascii_lowercase.index(look.letters)
         # To the left of the upper corner of the panel, where there is no curve.
@@ -102,6 +107,15 @@ def _finish(figure: Figure, look: Look) -> None:
             axes.annotate(f"({letter})", (0.0, 1.0), **corner)
     if look.title:
         put_title(figure, look.title)
+
+
+def _require_effect(look: Look, panels: Sequence[Axes], *, coloured: bool) -> None:
+    """Raise ValueError for limits of something that the picture does not have."""
+    limits = {"xlim": panels, "ylim": panels, "clim": coloured}
+    for name, present in limits.items():
+        if getattr(look, name) != (None, None) and not present:
+            what = "colours of a scale" if name == "clim" else "axes"
+            raise ValueError(f"{name} does not apply: this picture has no {what}")
 
 
 def _require_positive(name: str, limits: Range, *, logarithmic: bool) -> None:

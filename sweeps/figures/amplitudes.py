@@ -12,7 +12,7 @@ from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.charts.axes import cases_to_scatter, layout_of
 from sweeps.charts.chart import require_borders
-from sweeps.charts.choice import lie_along, slice_at, slice_in_the_middle, variables_of
+from sweeps.charts.choice import lie_along, named_roles, slice_at, slice_in_the_middle, variables_of
 from sweeps.charts.colours import KINDS, code_name, is_discrete
 from sweeps.charts.labels import shown
 from sweeps.charts.missing import missing_notes, missing_points, trusted
@@ -36,6 +36,7 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
     variables = variables_of(ds, options)
     ds, at = slice_at(ds.squeeze(), options.at)
     if not ds.sizes:
+        _require_no_axes(ds, options)
         return draw_point(ds, at)
     bands: list[str] = []
     if asks_for_bands(ds, options, variables):
@@ -43,6 +44,11 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
     if QUANTILE in ds.dims:
         ds, bands = medians_of(ds)
     if cases_to_scatter(ds, options):
+        if options.boundaries is not None or options.data is not None:
+            raise ValueError(
+                "borders are drawn on maps and measured points over curves, and cases in no order "
+                "are neither"
+            )
         figure, middle = draw_scatter(ds, variables, options)
     else:
         ds = lie_along(ds, options)
@@ -66,6 +72,14 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
             )
     put_note(figure, [*bands, at, middle])
     return figure
+
+
+def _require_no_axes(ds: xr.Dataset, options: PlotOptions) -> None:
+    """Raise ValueError for an option that the table of a single point cannot follow."""
+    named_roles(ds, options)  # it refuses any axis
+    over = {"boundaries": options.boundaries, "data": options.data, "log": options.log or None}
+    if idle := [name for name, value in over.items() if value is not None]:
+        raise ValueError(f"a single point is a table, to which {', '.join(idle)} does not apply")
 
 
 # --- the table of a single point ------------------------------------------------------------------

@@ -83,8 +83,9 @@ def draw_curves(
     missing = missing_points(drawn.dataset, variables)
     gaps = missing.any([dim for dim in missing.dims if dim != layout.hue]).values
     crosses = [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
-    log = bool(scales & {"y", "z"})
+    logarithmic = [n for n in variables if scales & {"y", "z"} and n not in KINDS]
     for panel in drawn.panels:
+        log = panel.variable in logarithmic
         _draw_panel(panel, axis, layout, variables, crosses)
         panel.axes.set_xmargin(_MARGIN if axis.order.size > _FEW else 2 * _MARGIN)
         panel.axes.update_datalim([(x, 0.0) for x in axis.quantity.values[[0, -1]]], updatey=False)
@@ -92,23 +93,29 @@ def draw_curves(
     elsewhere = 0
     on: list[np.ndarray] = []
     if data is not None:
+        if not set(data.variable) & set(variables):
+            raise ValueError(
+                f"the data measure {', '.join(dict.fromkeys(data.variable))}, and this picture "
+                f"shows {', '.join(variables)}"
+            )
         on = [draw_measured(panel, axis, layout, data) for panel in drawn.panels]
         own = np.isin(data.variable, variables)
         # A value may have the parameters of one of several panels.
         elsewhere = int((own & ~np.any(on, axis=0)).sum())
     for panel in drawn.panels:
+        log = panel.variable in logarithmic
         low, high = range_with_bands(drawn.dataset, panel.variable, log=log)
         if data is not None:
             low, high = _range_with_data(low, high, panel, data, np.any(on, axis=0), log=log)
         panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
-        if panel.variable in KINDS and not log:
+        if panel.variable in KINDS:
             codes = kinds_in(drawn.dataset, panel.variable) or ()
             names = [code_name(panel.variable, code).replace(", ", ",\n") for code in codes]
             panel.axes.set_yticks(codes, labels=names)
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))
-    lost = missing_notes(drawn.dataset, variables, "× ", log=variables if log else ())
+    lost = missing_notes(drawn.dataset, variables, "× ", log=logarithmic)
     others = counted(elsewhere, "measured value")
     apart = f"Not drawn: {others} of other parameters." if elsewhere else ""
     put_note(drawn.figure, [*lost, note, *drawn.notes, apart])

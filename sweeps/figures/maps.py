@@ -25,7 +25,7 @@ from sweeps.charts.chart import (
     cells_of,
     place_elsewhere,
 )
-from sweeps.charts.colours import BLACK, GREY, Colours, colours_of
+from sweeps.charts.colours import BLACK, GREY, Colours, colours_of, is_discrete
 from sweeps.charts.labels import Array
 from sweeps.charts.missing import missing_notes
 from sweeps.figures.panels import Panel, facet_panels, label_axes
@@ -95,7 +95,10 @@ def draw_maps(
         ds = ds.expand_dims(STRIP)
     across = axis_of(ds, str(layout.x), log="x" in scales)
     # Borders lie between the values of an axis, and names have no place there.
-    up = axis_of(ds, layout.y or STRIP, log="y" in scales, named=borders is None)
+    up = axis_of(
+        ds, layout.y or STRIP, log="y" in scales and layout.y is not None, named=borders is None
+    )
+    _require_scales(ds, layout, variables, scales, across, up)
     drawn = facet_panels(ds, layout, variables, of_axes=True)
     kinds: list[Line2D] = []
     logarithmic: list[str] = []
@@ -117,6 +120,26 @@ def draw_maps(
     missing = missing_notes(drawn.dataset, variables, "Grey: ", log=logarithmic)
     put_note(drawn.figure, [*missing, *drawn.notes])
     return drawn.figure
+
+
+def _require_scales(
+    ds: xr.Dataset,
+    layout: Layout,
+    variables: Sequence[str],
+    scales: frozenset[str],
+    across: Axis,
+    up: Axis,
+) -> None:
+    """Raise ValueError for a logarithmic scale of something that has no scale."""
+    if "z" in scales and all(is_discrete(ds, name) for name in variables):
+        raise ValueError("kinds and counts have no scale, so log z does not apply")
+    if "y" in scales and layout.y is None:
+        raise ValueError("kinds along a single axis have no vertical axis, so log y does not apply")
+    for letter, axis in (("x", across), ("y", up)):
+        if letter in scales and axis.names:
+            raise ValueError(
+                f"the points of {axis.dim} have names here, so log {letter} does not apply"
+            )
 
 
 def _draw_map(panel: Panel, chart: Cells, shades: Mapping[str, Any], *, parted: bool) -> None:

@@ -33,6 +33,9 @@ def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> t
     """
     if options.hue or options.row or options.col:
         raise ValueError("cases in no order are points over x and y, without hue, row or col")
+    if CASE in (options.x, options.y):
+        along = ", ".join(parameters_along(ds, CASE))
+        raise ValueError(f"cases in no order lie over their parameters: {along}, not over {CASE}")
     ds, middle = slice_in_the_middle(ds, [str(dim) for dim in ds.sizes if dim != CASE])
     rows = _clouds(ds, variables, options)
     figure, panels = _panels(rows)

@@ -23,7 +23,8 @@ from support.pictures import (
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from stickslip.variables import RESULTS
-from sweeps.figures import PlotOptions, draw
+from sweeps.figures import Look, PlotOptions, draw
+from sweeps.measurements import read_data
 
 STIFFNESS = np.geomspace(500.0, 1e4, 6)
 
@@ -113,6 +114,44 @@ def test_kinds_beside_a_curve_have_their_names():
     _, axes = panels(chosen(ds, variable=("F_max", "regime")))
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert (axes.get_yticks().tolist(), names) == ([0, 2], ["liquid", "stick-slip,\nsymmetric"])
+    above, below = panels(chosen(ds, variable=("F_max", "regime"), log="z"))
+    assert (above.get_yscale(), below.get_yscale()) == ("log", "linear")
+
+
+MEASURED = read_data({"T": [200.0], "F_max": [3e-3]})
+
+
+@pytest.mark.parametrize(
+    ("axes", "options", "message"),
+    [
+        ({"temperature": TEMPERATURES}, {"variable": "melting_count", "log": "y"}, "no vertical"),
+        ({"temperature": TEMPERATURES}, {"variable": "melting_count", "log": "z"}, "have no scale"),
+        (
+            {"temperature": TEMPERATURES, "rheological_index": [0.2, 0.5]},
+            {"variable": "melting_count", "log": "y"},
+            "points of rheological_index have names here",
+        ),
+        (
+            {"temperature": TEMPERATURES},
+            {"variable": "sigma_el,max", "data": MEASURED},
+            "the data measure friction_force_amplitude, and this picture shows elastic_stress",
+        ),
+        ({}, {"x": "T"}, "it is a single point and has no axes"),
+        ({}, {"hue": "T"}, "it is a single point and has no axes"),
+        ({}, {"log": "z"}, "a single point is a table, to which log does not apply"),
+        ({}, {"data": MEASURED}, "a single point is a table, to which data does not apply"),
+        ({"temperature": TEMPERATURES}, {"look": Look(clim=(0.0, 1.0))}, "no colours of a scale"),
+        (
+            {"temperature": TEMPERATURES},
+            {"variable": "melting_count", "look": Look(clim=(0.0, None))},
+            "no colours of a scale",
+        ),
+        ({}, {"look": Look(xlim=(0.0, 1.0))}, "xlim does not apply: this picture has no axes"),
+    ],
+)
+def test_an_option_without_effect_is_refused(axes, options, message):
+    with pytest.raises(ValueError, match=message):
+        chosen(sweep(**axes), **options)
 
 
 def test_values_without_a_logarithm_are_counted(ds):
