@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 import xarray as xr
 
-from stickslip.variables import PARAMETERS, RESULTS
+from stickslip.variables import PARAMETERS
 from sweeps.charts.axes import (
     STRIP,
     Axis,
@@ -267,10 +267,14 @@ def cloud_of(
     """Return the points of a slice over two parameters, or over one and a variable.
 
     A parameter has the scale that fits its values, unless `scales` asks for a logarithmic one.
+    Raises ValueError for a logarithmic scale of a parameter that is not above 0.
     """
     up = names[1]
-    is_height = up in RESULTS
-    x, y = (shown(trusted(part, name) if name in RESULTS else part[name]) for name in names)
+    is_height = up not in PARAMETERS
+    x, y = (shown(part[name] if name in PARAMETERS else trusted(part, name)) for name in names)
+    for letter, name, shown_values in zip("xy", names, (x, y), strict=True):
+        if letter in scales and name in PARAMETERS and shown_values.values.min() <= 0.0:
+            raise ValueError(f"a logarithmic scale needs numbers above 0, {name} has others")
     log_up = bool(scales & {"y", "z"}) if is_height else "y" in scales or fits_log(y.values)
     return Cloud(
         names=names,
@@ -295,7 +299,7 @@ def _cloud_of_result(
         raise ValueError(
             f"{across} is on the horizontal axis already; choose another one for the vertical axis"
         )
-    is_height, log = up in RESULTS, bool(choice.scales & {"y", "z"})
+    is_height, log = up not in PARAMETERS, bool(choice.scales & {"y", "z"})
     coloured = "regime" if is_height else variable
     colours = None
     if coloured in result:

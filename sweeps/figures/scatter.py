@@ -52,7 +52,11 @@ def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> t
     if colours and (kinds := legend_of(colours)):
         put_legend(figure, kinds, above=True)
     figure.align_labels()
-    put_note(figure, missing_notes(ds, variables, "Not drawn: "))
+    by_height = rows[0][0].names[1] in variables
+    log = bool(options.scales & ({"y", "z"} if by_height else {"z"}))
+    if "z" in options.scales and not by_height and all(is_discrete(ds, n) for n in variables):
+        raise ValueError("kinds and counts have no scale, so log z does not apply")
+    put_note(figure, missing_notes(ds, variables, "Not drawn: ", log=variables if log else ()))
     return figure, middle
 
 

@@ -8,6 +8,7 @@ from matplotlib.collections import PathCollection
 from support.pictures import described, legend_of, note, panels, random_cases
 
 from sweeps.figures import PlotOptions, draw
+from sweeps.measurements import read_data
 
 VARIED = {"temperature": (150.0, 320.0), "spring_stiffness": (500.0, 1e4), "block_mass": (0.3, 0.5)}
 
@@ -69,6 +70,32 @@ def test_a_missing_case_is_counted():
     ds = random_cases(**VARIED)
     ds["status"][4] = 3
     assert note(draw(ds)) == "Not drawn: 1 of 60 points missing (1 diverged)"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"x": "case"}, "lie over their parameters: temperature, spring_stiffness"),
+        ({"x": "T", "y": "case"}, "not over case"),
+        ({"log": "x", "x": "gamma"}, "needs numbers above 0, rheological_index has others"),
+        ({"log": "z", "variable": "regime"}, "kinds and counts have no scale"),
+        ({"data": read_data({"T": [200.0], "F_max": [3e-3]})}, "cases in no order are neither"),
+    ],
+)
+def test_an_option_without_effect_on_points_is_refused(options, message):
+    ds = random_cases(**VARIED, rheological_index=(-0.5, 0.5))
+    with pytest.raises(ValueError, match=message):
+        draw(ds, None, PlotOptions(**options))
+
+
+def test_heights_without_a_logarithm_are_counted():
+    ds = random_cases(**VARIED)
+    ds["elastic_stress_amplitude"][:4] = 0.0
+    figure = draw(ds, None, PlotOptions(variable="sigma_el,max", x="T", log="z"))
+    assert "is not above 0 at 4 points: not drawn." in note(figure)
+    own = ds.assign(mu=ds.friction_force_amplitude)
+    (axes,) = panels(draw(own, None, PlotOptions(variable="mu", x="T", log="z")))
+    assert axes.get_yscale() == "log"
 
 
 def test_cases_in_no_order_have_no_curves():
