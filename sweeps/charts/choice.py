@@ -60,7 +60,7 @@ class Choice:
 
 def variables_of(ds: xr.Dataset, choice: Choice) -> tuple[str, ...]:
     """Return the result variables to draw: the chosen ones, or both amplitudes."""
-    if choice.variable is None:
+    if not choice.variables:
         return AMPLITUDES
     # A variable that the user added also has a number for each point of the result.
     points = set(ds["status"].dims) if "status" in ds else set(ds.dims)
@@ -135,7 +135,11 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
         (dim,) = found[0]
         if dim in some:
             raise _sliced_again(text, dim, key)
-        some[dim] = list(dict.fromkeys(place[dim] for place in found))
+        kept = list(dict.fromkeys(place[dim] for place in found))
+        if len(kept) == 1:  # all of them lie nearest to one point
+            texts.append(each[0])
+        else:
+            some[dim] = kept
     sliced = set(some)
     for text in texts:
         (dim,) = places_at(ds, [text])

@@ -73,6 +73,19 @@ def test_several_points_of_an_axis_are_kept_with_it(ds):
         np.testing.assert_allclose(line.get_ydata(), values)
 
 
+def test_several_values_nearest_to_one_point_cut_the_axis_there(ds):
+    figure = chosen(ds, variable="F_max", x="K", at=("T=200,201", "gamma=0"))
+    assert note(figure).startswith("At $T = 200$ K")
+    point = sweep(temperature=TEMPERATURES)
+    assert chosen(point, at=("T=200,201",)).texts[0].get_text().startswith("At $T = 200$ K")
+    with pytest.raises(ValueError, match="slices temperature a second time"):
+        chosen(point, at=("T=200,201", "T=300"))
+
+
+def test_no_variable_is_the_default(ds):
+    assert len(panels(chosen(ds, variable=(), x="T", at=("gamma=0", "K=3000")))) == 2
+
+
 def test_y_makes_a_map(ds):
     figure = chosen(ds, x="T", y="K", at=("gamma=0",))
     for axes in panels(figure):
