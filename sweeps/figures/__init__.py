@@ -82,7 +82,8 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
 def _finish(figure: Figure, look: Look) -> None:
     """Set the limits, letters and title of a picture.
 
-    Raises ValueError for limits that are impossible on a logarithmic scale.
+    Raises ValueError for limits that are impossible on a logarithmic scale, that lie beyond the
+    other end, or that nothing in the picture has.
     """
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     panels = [look.axes] if look.axes else panels
@@ -90,11 +91,14 @@ def _finish(figure: Figure, look: Look) -> None:
     for axes in panels:
         _require_positive("xlim", look.xlim, logarithmic=axes.get_xscale() == "log")
         _require_positive("ylim", look.ylim, logarithmic=axes.get_yscale() == "log")
+        _require_rising("xlim", look.xlim, axes.get_xlim())
+        _require_rising("ylim", look.ylim, axes.get_ylim())
         axes.set_xlim(*look.xlim)
         axes.set_ylim(*look.ylim)
         for drawn in axes.collections:  # the colours of kinds have no limits
             if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
                 _require_positive("clim", look.clim, logarithmic=isinstance(drawn.norm, LogNorm))
+                _require_rising("clim", look.clim, drawn.get_clim())
                 drawn.set_clim(*look.clim)
                 coloured = True
     _require_effect(look, panels, coloured=coloured)
@@ -116,6 +120,15 @@ def _require_effect(look: Look, panels: Sequence[Axes], *, coloured: bool) -> No
         if getattr(look, name) != (None, None) and not present:
             what = "colours of a scale" if name == "clim" else "axes"
             raise ValueError(f"{name} does not apply: this picture has no {what}")
+
+
+def _require_rising(name: str, limits: Range, ends: Range) -> None:
+    """Raise ValueError if one given limit lies beyond the other of the present ends."""
+    (low, high), (lowest, highest) = limits, ends
+    if low is not None and high is None and highest is not None and low >= highest:
+        raise ValueError(f"{name} begins at {low:g}, beyond the other end at {highest:.4g}")
+    if high is not None and low is None and lowest is not None and high <= lowest:
+        raise ValueError(f"{name} ends at {high:g}, before the other end at {lowest:.4g}")
 
 
 def _require_positive(name: str, limits: Range, *, logarithmic: bool) -> None:

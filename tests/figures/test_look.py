@@ -175,6 +175,30 @@ def test_texts_of_sizes_and_limits():
             range_of(wrong)
 
 
+def test_a_name_keeps_its_subscripts():
+    ds = sweep(temperature=TEMPERATURES)
+    named = {"long_name": r"shear_stress $\tau_s$", "units": "1"}
+    ds = ds.assign(tau=ds.elastic_stress_amplitude.drop_attrs().assign_attrs(named))
+    (axes,) = panels(drawn(ds, "tau"))
+    assert axes.get_ylabel() == r"shear stress $\tau_s$"
+
+
+@pytest.mark.parametrize(
+    ("options", "look"),
+    [
+        ({"x": "T"}, {"ylim": (100.0, None)}),
+        ({"x": "T"}, {"xlim": (None, 10.0)}),
+        ({"x": "T", "y": "K"}, {"clim": (100.0, None)}),
+    ],
+)
+def test_a_limit_beyond_the_other_end_is_refused(ds, options, look):
+    with pytest.raises(
+        ValueError,
+        match="xlim ends at 10, before|(ylim|clim) begins at 100, beyond the other end at",
+    ):
+        drawn(ds, FORCE, **options, look=Look(**look))
+
+
 def test_short_logarithmic_colours_have_plain_numbers(ds):
     ds[FORCE] = ds[FORCE] * 0.0 + np.geomspace(6e-4, 5e-3, ds[FORCE].size).reshape(ds[FORCE].shape)
     figure = drawn(ds, FORCE, y="K", log="z")
@@ -329,7 +353,7 @@ def test_given_axes_have_the_legend_of_kinds_above_and_the_title_above_that(ds):
 
 
 def test_a_scale_of_values_says_nothing_of_kinds(ds):
-    assert note(drawn(with_regimes(ds), "regime", x="T", y="K", log="z")) == ""
+    assert note(drawn(with_regimes(ds), FORCE, "regime", x="T", y="K", log="z")) == ""
 
 
 def test_letters_may_begin_anywhere(ds):
