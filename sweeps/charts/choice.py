@@ -63,11 +63,13 @@ def variables_of(ds: xr.Dataset, choice: Choice) -> tuple[str, ...]:
     if not choice.variables:
         return AMPLITUDES
     # A variable that the user added also has a number for each point of the result.
-    points = set(ds["status"].dims) if "status" in ds else set(ds.dims)
+    points = set(ds["status"].dims) if "status" in ds else set(ds.dims) - {QUANTILE}
     own = [
         str(name)
         for name, variable in ds.data_vars.items()
-        if name not in RESULTS and variable.dtype.kind in "biuf" and set(variable.dims) == points
+        if name not in RESULTS
+        and variable.dtype.kind in "biuf"
+        and set(variable.dims) - {QUANTILE} == points
     ]
     return tuple(name if name in own else _result(ds, name, own) for name in choice.variables)
 

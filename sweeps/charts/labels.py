@@ -113,7 +113,14 @@ def shown(data: xr.DataArray) -> Quantity:
     typeset = typeset_units(scale.units)
     if name == "viscosity_coefficient" and units == VARIABLES[name].units:
         typeset = _unit_of_k(data)
-    return Quantity(values, f"${variable.tex}$" if variable else called.replace("_", " "), typeset)
+    return Quantity(values, f"${variable.tex}$" if variable else _in_words(called), typeset)
+
+
+def _in_words(name: str) -> str:
+    """Return a name with spaces for underscores, except in mathtext, where they make subscripts."""
+    parts = name.split("$")
+    parts[::2] = [part.replace("_", " ") for part in parts[::2]]
+    return "$".join(parts)
 
 
 def shown_number(name: str, value: float) -> Quantity:

@@ -95,10 +95,15 @@ def medians_of(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
     made = ds.drop_dims(QUANTILE).assign(
         {name: curve.drop_vars(QUANTILE) for name, curve in curves.items()}
     )
-    lost = int(ds.attrs["cases"]) * ds[_USED].size - int(ds[_USED].sum())
     holds = " and ".join(f"{100 * (high - low):.3g} %" for low, high in pairs)
-    cases = counted(int(ds.attrs["cases"]), "case")
-    notes = [f"Medians{f'; bands hold {holds}' if holds else ''} of {cases}."]
+    # A part of the quantiles, or what was computed of them, may not say how many cases there are.
+    cases = f" of {counted(int(ds.attrs['cases']), 'case')}" if "cases" in ds.attrs else ""
+    notes = [f"Medians{f'; bands hold {holds}' if holds else ''}{cases}."]
+    lost = (
+        int(ds.attrs["cases"]) * ds[_USED].size - int(ds[_USED].sum())
+        if cases and _USED in ds
+        else 0
+    )
     if lost:
         notes.append(f"Left out: {counted(lost, 'point')} without a result.")
     return made, notes

@@ -85,6 +85,18 @@ def test_a_swept_axis_of_random_cases_has_medians_and_bands():
     assert "Left out: 2 points without a result." in small_print
 
 
+def test_a_part_of_the_quantiles_and_variables_made_of_them_are_drawn():
+    made = quantiles_of(over_temperatures())
+    figure = draw(made[[F]], options=PlotOptions(F, x="temperature"))
+    assert figure.get_supxlabel().startswith("Medians; bands hold 95 % and 68 % of 64 cases.")
+    own = made.assign(mu=(made[F] / 0.01).drop_attrs())
+    (axes,) = draw(own, options=PlotOptions("mu", x="temperature")).axes
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 100 * made[F].sel(quantile=0.5))
+    assert len(axes.collections) == 2
+    bare = made.drop_attrs(deep=False)
+    assert "Medians; bands hold" in draw(bare, options=PlotOptions(F)).get_supxlabel()
+
+
 @pytest.mark.parametrize(("sign", "log"), [(1.0, "z"), (-1.0, "")])
 def test_both_ends_of_a_band_lie_within_the_panel(sign, log):
     ds = over_temperatures()
