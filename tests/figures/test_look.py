@@ -194,7 +194,7 @@ def test_a_name_keeps_its_subscripts():
 def test_a_limit_beyond_the_other_end_is_refused(ds, options, look):
     with pytest.raises(
         ValueError,
-        match="xlim ends at 10, before|(ylim|clim) begins at 100, beyond the other end at",
+        match=r"xlim ends at 10, before|(ylim|clim) begins at 100, beyond the other end at",
     ):
         drawn(ds, FORCE, **options, look=Look(**look))
 
