@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.charts.colours import BLUE, SKY, VERMILLION, CurveStyle, Hue
+from sweeps.charts.colours import BLUE, CURVES, SKY, VERMILLION, CurveStyle, Hue
 from sweeps.charts.labels import Array, shown, slice_label
 from sweeps.figures.style import COLUMN, SMALL, TEXT, line_at, line_of, new_panels
 
@@ -81,7 +81,7 @@ def _name_of_energies(ds: xr.Dataset) -> str:
 
 
 def _energies(ds: xr.Dataset, phi: Array, energy: Array) -> list[Line2D]:
-    styles = [line_of(line_at(Hue(i, len(energy)))) | _THIN for i in range(len(energy))]
+    styles = [line_of(_style_at(i, len(energy))) | _THIN for i in range(len(energy))]
     return [
         Line2D(phi, energy[i], **style, label=slice_label(ds, {"temperature": i}))
         for i, style in enumerate(styles)
@@ -146,7 +146,12 @@ def _draw_ramps(axes: Axes, ds: xr.Dataset) -> None:
 def _coloured(ds: xr.Dataset) -> list[tuple[int, str]]:
     """Return the index of each temperature, with its colour."""
     count = ds.sizes["temperature"]
-    return [(index, line_at(Hue(index, count)).colour) for index in range(count)]
+    return [(index, _style_at(index, count).colour) for index in range(count)]
+
+
+def _style_at(index: int, count: int) -> CurveStyle:
+    """Return the style of a temperature; shades tell more of them apart than styles do."""
+    return line_at(Hue(index, count, ordered=count > len(CURVES)))
 
 
 def _put_arrow(axes: Axes, x: float, begin: float, end: float, colour: str) -> None:
@@ -177,10 +182,12 @@ def _draw_phases(axes: Axes, ds: xr.Dataset) -> None:
     axes.plot(freezing, eps.values, **line_of(_FREEZING))
     axes.plot(melting, eps.values, **line_of(_MELTING))
     for index, temperature in enumerate(states.values):
-        colour = line_at(Hue(index, len(states.values))).colour
+        colour = _style_at(index, len(states.values)).colour
         axes.plot(temperature, float(ds["applied_strain"]), "o", color=colour, markersize=3.5)
-    axes.set_xlim(freezing.min(), max(states.values.max(), melting.max()) + _ROOM)
-    axes.set_ylim(0.0, eps.values[-1])  # the borders do not end within the panel
+    lowest = min(float(freezing.min()), states.values.min() - _ROOM)
+    axes.set_xlim(lowest, max(states.values.max(), melting.max()) + _ROOM)
+    # The borders do not end within the panel, unless the states lie farther up.
+    axes.set_ylim(0.0, max(float(eps.values[-1]), 1.05 * float(ds["applied_strain"])))
     axes.set_xlabel(states.label, fontsize=TEXT)
     axes.set_ylabel(eps.label, fontsize=TEXT)
     _name_phases(axes, ds, eps.values, freezing, melting)

@@ -64,3 +64,18 @@ def test_fig_2_shows_three_energies_and_enlarges_the_barrier() -> None:
 def test_nothing_is_enlarged_if_no_film_has_a_barrier() -> None:
     above, _ = panels(draw(phase_diagram(temperatures=[200.0, 250.0])))
     assert above.child_axes == []
+
+
+def test_all_states_lie_within_the_panel_of_the_phases():
+    for temperatures, strain in (([0.0, 250.0], 2.1e-6), ([200.0, 400.0], 2e-5)):
+        _, below = panels(draw(phase_diagram(temperatures=temperatures, strain=strain)))
+        (left, right), top = below.get_xlim(), below.get_ylim()[1]
+        assert left < temperatures[0]
+        assert temperatures[-1] < right
+        assert strain < top
+
+
+def test_many_temperatures_have_a_colour_each():
+    figure = draw(phase_diagram(temperatures=np.linspace(150.0, 320.0, 12)))
+    colours = {line.get_color() for line in panels(figure)[0].get_legend().get_lines()}
+    assert len(colours) == 12
