@@ -63,6 +63,8 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
     data = data_of(ds)
     if data == "trajectory" and options.variable is not None and not options.asks_for_axes:
         chosen, at = slice_at(ds, options.at)
+        if chosen["elapsed_time"].dims[-1:] != ds["elapsed_time"].dims[-1:]:
+            raise ValueError("a trajectory is drawn over its time, which is not cut; use xlim")
         courses = draw_variables(chosen, options.variables)
         put_note(courses, [at])
         return courses

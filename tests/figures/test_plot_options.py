@@ -82,6 +82,14 @@ def test_several_values_nearest_to_one_point_cut_the_axis_there(ds):
         chosen(point, at=("T=200,201", "T=300"))
 
 
+@pytest.mark.parametrize("motion", [trajectory, portraits])
+def test_the_time_of_a_trajectory_is_not_cut(motion):
+    ds = motion()
+    along = ds["elapsed_time"].dims[-1]
+    with pytest.raises(ValueError, match="a trajectory is drawn over its time, which is not cut"):
+        chosen(ds, variable="friction_force", at=(f"{along}=0",))
+
+
 def test_no_variable_is_the_default(ds):
     assert len(panels(chosen(ds, variable=(), x="T", at=("gamma=0", "K=3000")))) == 2
 
