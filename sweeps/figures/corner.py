@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from sweeps.charts.labels import shown, shown_number
-from sweeps.figures.style import palette, put_note
+from sweeps.figures.style import new_figure, palette, put_note
 
 _BINS, _INCHES = 40, 1.7
 
@@ -29,7 +29,7 @@ def posterior(ds: xr.Dataset) -> Figure:
     best = [float(ds.parameter_value.sel(free_parameter=name)) for name in names]
     numbers = [shown_number(name, value) for name, value in zip(names, best, strict=True)]
     side = 0.8 + _INCHES * len(names)
-    figure = Figure(figsize=(side, side))
+    figure = new_figure((side, side))
     colours = palette().cycle
     corner(
         columns.T,
@@ -43,6 +43,9 @@ def posterior(ds: xr.Dataset) -> Figure:
         plot_datapoints=False,
         hist_bin_factor=1,
     )
+    for axes in figure.axes:
+        if not axes.get_frame_on():  # the other half of the pairs, which has no panels
+            axes.remove()
     draws = round(float(ds.attrs["posterior_independent_draws"]))
     put_note(figure, [f"{draws} independent draws"])
     return figure

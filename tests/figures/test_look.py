@@ -18,6 +18,9 @@ from support.pictures import (
     panels,
     sweep,
 )
+from support.pictures import (
+    drawn as posterior,
+)
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from sweeps import run
@@ -354,6 +357,14 @@ def test_given_axes_have_the_legend_of_kinds_above_and_the_title_above_that(ds):
 
 def test_a_scale_of_values_says_nothing_of_kinds(ds):
     assert note(drawn(with_regimes(ds), FORCE, "regime", x="T", y="K", log="z")) == ""
+
+
+def test_a_posterior_has_the_size_asked_for_and_letters_on_its_panels_alone():
+    figure = draw(posterior(), "posterior", PlotOptions(look=Look(size=(3.0, 3.0), letters=True)))
+    assert tuple(figure.get_size_inches()) == (3.0, 3.0)
+    assert [axes.texts[-1].get_text() for axes in figure.axes] == ["(a)", "(b)", "(c)"]
+    with pytest.raises(ValueError, match="this picture is a whole figure; leave ax out"):
+        draw(posterior(), "posterior", PlotOptions(look=Look(axes=Figure().subplots())))
 
 
 def test_letters_may_begin_anywhere(ds):
