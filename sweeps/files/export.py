@@ -164,11 +164,18 @@ def _values(variable: xr.DataArray, shape: Mapping[str, int]) -> Any:
     return _counts(values, str(variable.name)) if values.dtype.kind == "i" else values
 
 
-def _words(codes: np.ndarray, attributes: Mapping[str, Any]) -> list[str]:
-    """Return the meanings (rows,) of the codes of a flag."""
+def _words(codes: np.ndarray, attributes: Mapping[str, Any]) -> Any:
+    """Return the meanings (rows,) of the codes of a flag; those of a masked point are empty."""
     meanings = attributes["flag_meanings"].split()
     known = dict(zip(attributes["flag_values"], meanings, strict=True))
-    return [known.get(code, str(code)) for code in codes]
+    words = [known.get(code, str(code)) for code in codes]
+    if codes.dtype.kind != "f":
+        return words
+    import pandas as pd
+
+    # A column of texts, even if all of a chunk are empty.
+    texts = [None if np.isnan(code) else word for code, word in zip(codes, words, strict=True)]
+    return pd.array(texts, dtype="string")
 
 
 def _counts(values: np.ndarray, name: str) -> Any:

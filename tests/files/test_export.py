@@ -87,6 +87,17 @@ def test_missing_values_are_empty_cells(ds: xr.Dataset, tmp_path: Path) -> None:
     assert int(first["periods_integrated"]) == ds.periods_integrated[0, 0]
 
 
+def test_masked_flags_are_empty_cells(ds: xr.Dataset, tmp_path: Path) -> None:
+    failed = ds.copy(deep=True)
+    failed.status[0, 0] = Status.DIVERGED
+    for name in ("a.csv", "a.parquet"):
+        export(failed.stickslip.ok(), tmp_path / name)
+    for frame in (pd.read_csv(tmp_path / "a.csv"), pd.read_parquet(tmp_path / "a.parquet")):
+        assert frame.regime.isna().tolist() == [True] + [False] * (ds.status.size - 1)
+        assert frame.status.dropna().unique().tolist() == ["ok"]
+    assert "nan" not in (tmp_path / "a.csv").read_text()
+
+
 def test_units_and_fixed_parameters_are_in_a_second_table(ds: xr.Dataset, tmp_path: Path) -> None:
     _, beside = export(ds, tmp_path / "a.csv")
     described = {row["name"]: row for row in rows_of(beside)}
