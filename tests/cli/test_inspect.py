@@ -9,6 +9,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 from support import messages
+from support.pictures import sweep
 from support.sweeps.commands import Command, entries, process
 
 from sweeps.files.netcdf import content_hash, open_result
@@ -55,6 +56,11 @@ def test_info_says_why_code_is_not_cached(tmp_path: Path) -> None:
     assert messages.NOT_CACHED in done.out
     assert "cannot be written; set NUMBA_CACHE_DIR" in done.out
     assert "cached in" not in done.out
+
+
+def test_info_names_statuses_that_a_file_does_not_name(command: Command) -> None:
+    sweep(temperature=[200.0, 250.0]).to_netcdf("a.nc")
+    assert "\n  ok: 2\n" in command.ok("info", "a.nc").out
 
 
 def test_info_describes_a_file(command: Command) -> None:
