@@ -226,3 +226,8 @@ def test_plot_refuses_wrong_options(
     last = err.splitlines()[-1]
     assert words in last
     assert entries() == ["a.yaml", "made.nc"]
+
+
+def test_a_file_with_another_ending_has_pictures_beside_it(command: Command) -> None:
+    sweep(temperature=TEMPERATURES).to_netcdf("a.cdf")
+    assert command.ok("plot", "a.cdf").out == "a.png\na.pdf\n"
