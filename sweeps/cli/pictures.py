@@ -186,6 +186,13 @@ def figure(
         listed = f"{', '.join(known)}, all, or a config FILE.yaml"
         stop_with(f"no figure {', '.join(unknown)}; there are {listed}", Exit.USAGE)
     names = [*known, *others] if "all" in numbers else dict.fromkeys(numbers)
+    stems: dict[str, str] = {}
+    for name in names:
+        stem = _stem_of(name)
+        if (other := stems.setdefault(stem, name)) != name:
+            stop_with(
+                f"{other} and {name} are both drawn as {stem}: choose two folders", Exit.USAGE
+            )
     failures = [
         _computed_figure(name, output, workers, overwrite=overwrite, progress=not no_progress)
         for name in names
@@ -271,6 +278,11 @@ def plot(
     print_names(outputs)
 
 
+def _stem_of(name: str) -> str:
+    """Return the name of the files of a figure of the paper, or of a config."""
+    return Path(name).stem if is_config(Path(name)) else f"fig{name}"
+
+
 def _computed_figure(
     name: str, folder: Path, workers: int | None, *, overwrite: bool, progress: bool
 ) -> int:
@@ -279,10 +291,10 @@ def _computed_figure(
     from sweeps.figure_table import FIGURES
     from sweeps.figures import PlotOptions
 
-    source, stem, changes, of_paper = Path(name), Path(name).stem, execution_changes(workers), None
+    source, stem, changes, of_paper = Path(name), _stem_of(name), execution_changes(workers), None
     if not is_config(source):
         paper = PAPER[int(name)]
-        source, stem, of_paper = shipped_config(paper.config), f"fig{name}", paper.figure
+        source, of_paper = shipped_config(paper.config), paper.figure
         changes = [*paper.changes, *changes]
     config = checked_config(source, changes)
     target, figure = folder / stem, of_paper or config.plot.figure

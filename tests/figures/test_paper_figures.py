@@ -174,3 +174,10 @@ def test_a_free_energy_at_other_axes_than_temperatures_is_refused(
     assert err == (
         "the figure free_energy needs `sweep: {temperature: [...]}`, and no other axis\n"
     )
+
+
+def test_two_configs_with_the_files_of_one_are_refused(command: Command) -> None:
+    code, out, err = command("a/x.yaml", "b/x.yaml")
+    assert (code, out) == (2, "")
+    assert err == "a/x.yaml and b/x.yaml are both drawn as x: choose two folders\n"
+    assert command("3", "fig3.yaml")[0] == 2
