@@ -35,6 +35,14 @@ SWEEPS = {
     "curves": {"sweep": {"T": {"linspace": [200, 300], "num": 5}, "gamma": [-2 / 3, 0, 2 / 3]}},
     "cloud": {"sample": {"sobol": 16, "seed": 1, "T": [150, 320], "omega": [5, 60]}},
     "both ways": {"sweep": {"omega": {"linspace": [36, 40], "num": 9}}, "follow": "omega"},
+    "down": {"sweep": {"T": {"linspace": [200, 300], "num": 5}, "gamma": [0.5, 0, -2 / 3]}},
+    "linked": {
+        "sweep": {"omega": [10, 20]},
+        "cases": {
+            "T": {"linspace": [290, 210], "num": 12},
+            "K": {"geomspace": [500, 8000], "num": 12},
+        },
+    },
     "single": {},
 }
 
@@ -220,6 +228,24 @@ def test_garbage_in_the_address_changes_nothing(
     plain, tab = as_they_are["map"], follow(garbage)
     for part in ("readout", "legend", "readout-heading"):
         assert tab.inner_text(f"#{part}") == plain.inner_text(f"#{part}")
+
+
+@pytest.mark.parametrize(
+    ("name", "axis", "values"),
+    [
+        ("down", "rheological_index", ["-0.6667", "0", "0.5"]),
+        ("linked", "case", ["0", "7", "11"]),
+    ],
+)
+def test_an_address_names_points_that_are_not_in_rising_order(
+    opened: Opened, name: str, axis: str, values: list[str]
+) -> None:
+    for value in values:
+        tab = opened(name, f"#at.{axis}={value}&pinned=yes")
+        assert f"--at {axis}={value}" in tab.inner_text("#replay")
+        assert tab.text_content("#strange") == ""
+    tab = opened(name, f"#at.{axis}=100")
+    assert f"{axis} from {values[0]} to {values[-1]}" in tab.text_content("#strange")
 
 
 def test_the_way_along_a_followed_axis_is_in_the_address(opened: Opened) -> None:

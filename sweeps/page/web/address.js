@@ -9,6 +9,15 @@ function valuesAlong(axis) {
   return keys ?? model(`values of ${name}`).data.values;
 }
 
+// The same, from the lowest to the highest; points with names, and cases, may lie in another order.
+const rising = new Map();
+function risingAlong(axis) {
+  const values = valuesAlong(axis);
+  if (typeof values[0] === "string") return values;
+  if (!rising.has(axis)) rising.set(axis, Float64Array.from(values).sort());
+  return rising.get(axis);
+}
+
 // A value with as few digits as distinguish it from the others.
 function valueText(axis, at) {
   const value = valuesAlong(axis)[at];
@@ -24,8 +33,9 @@ function valueText(axis, at) {
 function placeAlong(axis, text) {
   const values = valuesAlong(axis);
   if (values.includes(text)) return values.indexOf(text);
-  const [wanted, low, high] = [text.trim() ? Number(text) : NaN, values[0], values.at(-1)];
-  if (!(wanted >= low - (values[1] - low) && wanted <= high + (high - values.at(-2)))) return undefined;
+  const ordered = risingAlong(axis);
+  const [wanted, low, high] = [text.trim() ? Number(text) : NaN, ordered[0], ordered.at(-1)];
+  if (!(wanted >= low - (ordered[1] - low) && wanted <= high + (high - ordered.at(-2)))) return undefined;
   return indexOfLeast(Array.from(values, (value) => Math.abs(value - wanted)));
 }
 
@@ -88,7 +98,11 @@ function readPoint(entries, start) {
 
 // The axes, for readers whose address had another value or name; in the units of the file, like addresses.
 const axesInWords = () => {
-  const ranges = axes.map(({ name, size }, axis) => `${name} from ${valueText(axis, 0)} to ${valueText(axis, size - 1)}`);
+  const ranges = axes.map(({ name }, axis) => {
+    const [values, ordered] = [valuesAlong(axis), risingAlong(axis)];
+    const [low, high] = [ordered[0], ordered.at(-1)].map((end) => valueText(axis, values.indexOf(end)));
+    return `${name} from ${low} to ${high}`;
+  });
   return ranges.length ? ` It has ${ranges.join(", ")}.` : "";
 };
 
