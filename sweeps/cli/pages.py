@@ -97,7 +97,8 @@ def _subject(target: Path | None, at: Sequence[str], boundaries: Path | None) ->
     with usage_errors():
         result, _ = slice_at(result, at)
     try:
-        return subject.subject_of_result(result, target.name, (note,) if note else (), borders)
+        notes = (note,) if note else ()
+        return subject.subject_of_result(result, target.name, notes, borders, at)
     except PointError as error:
         raise PointError(f"{target}: {error}") from None
 

@@ -156,7 +156,9 @@ def served(subject: Subject) -> bytes:
     parts = dict.fromkeys(_PARTS, "")
     if result is not None:
         part = ordered(_part_of(result, subject.name, ())[0], named=subject.borders is None)
-        more, data, hosts = _of_result(part, subject.name, (), subject.borders, with_orbits=True)
+        more, data, hosts = _of_result(
+            part, subject.name, subject.at, subject.borders, with_orbits=True
+        )
         parts |= more | _facts(part, result, subject.name, "", ())
     data["live"] = {
         "first": point_data(subject.first, result),

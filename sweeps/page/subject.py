@@ -8,7 +8,7 @@ address: what is chosen, kept and zoomed.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -49,7 +49,7 @@ class ShownPoint:
 class Subject:
     """The first point, the sliders and, for a file, the result from which to choose points.
 
-    `borders` are drawn on the map of the result.
+    `borders` are drawn on the map of the result, which is the slice of the file `at` some points.
     """
 
     name: str
@@ -58,6 +58,7 @@ class Subject:
     result: xr.Dataset | None = None
     notes: tuple[str, ...] = ()
     borders: xr.Dataset | None = None
+    at: tuple[str, ...] = ()
 
 
 def subject_of_paper() -> Subject:
@@ -80,6 +81,7 @@ def subject_of_result(
     name: str,
     notes: tuple[str, ...] = (),
     borders: xr.Dataset | None = None,
+    at: Sequence[str] = (),
 ) -> Subject:
     """Return the subject of a result, which opens in the middle of its axes.
 
@@ -95,7 +97,8 @@ def subject_of_result(
     first, more = _point_and_notes(result, middle)
     names = [name for dim in middle for name in parameters_along(result, dim)]
     scales = scales_of({name: result[name].values.tolist() for name in names})
-    return Subject(name, first, scales, result if middle else None, (*notes, *more), borders)
+    notes = (*notes, *more)
+    return Subject(name, first, scales, result if middle else None, notes, borders, tuple(at))
 
 
 def point_of_result(result: xr.Dataset, place: Mapping[str, int]) -> ShownPoint:

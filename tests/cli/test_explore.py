@@ -9,6 +9,7 @@ import signal
 import urllib.error
 import urllib.request
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from support import messages
@@ -17,6 +18,7 @@ from support.sweeps.commands import Command
 from support.sweeps.processes import Running
 
 from sweeps.cli import pages
+from sweeps.page.subject import Subject
 
 A_YAML = """\
 sweep: {temperature: [200, 250]}
@@ -77,6 +79,26 @@ def test_unusable_files_are_refused(command: Command) -> None:
     code, _, err = command("explore", "b.nc")
     assert code == 5
     assert err.startswith(f"b.nc {messages.NOT_NETCDF}")
+
+
+def test_the_command_for_a_point_of_a_slice_names_the_slice(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without it several points remain."""
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
+    from sweeps.page.document import served
+
+    pages_shown: list[str] = []
+
+    def server_of(subject: Subject, port: int) -> SimpleNamespace:
+        pages_shown.append(served(subject).decode())
+        return SimpleNamespace(address="", run_until_signal=lambda _: None)
+
+    monkeypatch.setattr("sweeps.page.explorer.server_of", server_of)
+    command.ok("sweep", "a.yaml", "--set", "K=[500, 1000]", "-o", "map.nc")
+    command.ok("explore", "map.nc", "--at", "T=250", "--no-browser")
+    assert '"replay":"stickslip replay map.nc --at T=250"' in pages_shown[0]
+    command.ok("replay", "map.nc", "--at", "T=250", "--at", "spring_stiffness=500")
 
 
 def test_a_trajectory_is_no_result_of_a_sweep(command: Command) -> None:
