@@ -156,20 +156,25 @@ def config_text(shown_point: ShownPoint, periods: int = 1) -> str:
         **_changed_settings(config),
         "simulation": {"periods": periods, "start": "stationary"},
     }
-    remark = ""  # on what a config cannot express
-    if len(shown_point.point.before):
-        remark = (
-            "# In the file this point starts from the orbit of its neighbour. From the initial\n"
-            "# values below it may reach another orbit.\n"
-        )
-    return remark + block_yaml(written)
+    return _remark(shown_point, "below") + block_yaml(written)
 
 
 def command_text(shown_point: ShownPoint, periods: int = 1) -> str:
     """Return the command that computes the time courses over the orbit of the point."""
     changes = _changes_text(shown_point) | {"simulation.start": "stationary"}
     words = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
-    return shlex.join(["stickslip", "simulate", *words, "--periods", str(periods)])
+    command = shlex.join(["stickslip", "simulate", *words, "--periods", str(periods)])
+    return _remark(shown_point, "of this command") + command
+
+
+def _remark(shown_point: ShownPoint, where: str) -> str:
+    """Return a comment on what the texts cannot express, if there is anything."""
+    if not len(shown_point.point.before):
+        return ""
+    return (
+        "# In the file this point starts from the orbit of its neighbour. From the initial\n"
+        f"# values {where} it may reach another orbit.\n"
+    )
 
 
 def _changes_text(shown_point: ShownPoint) -> dict[str, str]:

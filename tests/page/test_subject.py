@@ -170,7 +170,11 @@ def test_a_remark_says_that_a_followed_point_starts_from_its_neighbour():
     first = point_of_result(line, {"angular_frequency": 0, "direction": 0})
     second = point_of_result(line, {"angular_frequency": 1, "direction": 0})
     assert "neighbour" not in config_text(first)
-    assert config_text(second).startswith("# In the file this point starts from")
+    for text in (config_text(second), command_text(second)):
+        assert text.startswith("# In the file this point starts from")
+    assert "#" not in command_text(first)
+    *_, command = command_text(second).splitlines()
+    assert of_command(command).parameters() == Parameters(angular_frequency=11)
     assert from_yaml(config_text(second)).parameters() == Parameters(angular_frequency=11)
 
 
