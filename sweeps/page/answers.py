@@ -68,7 +68,7 @@ def answer_lines(
         names = {canonical_name(key) or key: text for key, text in own.items()}
         complaints = {n: complaint_of(n, text) for n, text in names.items() if n in PARAMETERS}
         refused = {name: why for name, why in complaints.items() if why}
-        yield {"state": "refused", "refused": refused, "sentence": str(error)}
+        yield {"state": "refused", "refused": refused, "sentence": str(error), "parts": names}
         return
     try:
         yield {"state": "waiting"}

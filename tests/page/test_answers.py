@@ -104,6 +104,7 @@ def test_an_invalid_value_is_refused_by_the_name_of_its_box():
         "viscosity_coefficient": "viscosity_coefficient must be a number, not '1,5'; write it with "
         "a decimal point",
     }
+    assert set(found["parts"]) == {"temperature", "viscosity_coefficient", "spring_stiffness"}
     assert answer({"temprature": "1"})["sentence"].startswith("temprature is neither")
     assert answer({"number": "one"})["state"] == "refused"
 

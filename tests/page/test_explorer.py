@@ -28,10 +28,10 @@ pytestmark = pytest.mark.slow  # a browser starts
 class View(Tab):
     """A tab with the page in it."""
 
-    def __init__(self, page: Any, server: Any) -> None:
+    def __init__(self, page: Any, server: Any, end: str = "") -> None:
         super().__init__(page)
         self.here = (f"http://127.0.0.1:{server.port}/",)
-        page.goto(server.address)
+        page.goto(server.address + end)
         page.wait_for_selector("[data-name=regime]")
 
     def reset(self) -> None:
@@ -265,6 +265,45 @@ def test_an_address_that_cannot_be_shown_is_refused_in_a_sentence(view: View):
     view.page.evaluate("location.hash = 'at.temperature=240'")
     view.says("The address names at.temperature, which this page does not have.")
     assert view.box("temperature").input_value() == "200"
+
+
+@pytest.mark.parametrize("end", ["temprature=240", "T=-5", "integrator.rtol=none"])
+def test_after_a_refused_address_the_controls_go_on(view: View, end: str):
+    view.page.evaluate(f"location.hash = '{end}'")
+    view.says("This page cannot show the address")
+    view.types("spring_stiffness", "1000")
+    view.shows(Parameters(spring_stiffness=1000))
+    view.types("temperature", "250")
+    view.shows(Parameters(spring_stiffness=1000, temperature=250))
+    assert not view.page.get_by_text("cannot show the address").first.is_visible()
+
+
+def test_a_page_whose_address_is_refused_opens_as_without_it(chromium: Any, server: Any):
+    orbit = stationary_orbit(Parameters())
+    for end, why in (("K=-5", "spring_stiffness must be"), ("kept.T=-5", "temperature must be")):
+        with opened_tab(chromium) as tab:
+            seen = View(tab, server, f"#{end}")
+            seen.says(f"This page cannot show the address: {why}")
+            for amplitude in seen.amplitudes(orbit, Parameters()):
+                amplitude.wait_for()
+
+
+def test_a_refused_value_does_not_lose_the_one_before_it(
+    view: View, monkeypatch: pytest.MonkeyPatch
+):
+    end, prepared = threading.Event(), turns.prepare
+
+    def prepare(shown_point: Any) -> None:
+        assert end.wait(60)
+        prepared(shown_point)
+
+    monkeypatch.setattr(answers, "prepare", prepare)
+    view.types("spring_stiffness", "1000")
+    view.types("temperature", "-5")
+    view.says("temperature must be at least 0")
+    end.set()
+    view.shows(Parameters(spring_stiffness=1000))
+    view.says("temperature must be at least 0, not -5.0. The page shows 200 K.")
 
 
 def test_two_orbits_lie_over_each_other_and_in_the_address(view: View, chromium: Any):

@@ -152,9 +152,13 @@ function open(point, kept) {
   if (live) {
     const wanted = Object.keys(point.parts).length ? point.parts : state.pinned ? partsOfPlace(point.place) : firstParts();
     const own = kept && (Object.keys(kept.parts).length ? kept.parts : partsOfPlace(kept.place));
+    const begin = () => ask(wanted, undefined, (answer) => {
+      showRefusedAddress(answer);
+      if (!state.opened) ask(firstParts());
+    });
     keep(null);
-    if (own) ask(own, () => { keep(state.motion); ask(wanted); });
-    else ask(wanted);
+    if (own) ask(own, () => { keep(state.motion); begin(); }, (answer) => { showRefusedAddress(answer); begin(); });
+    else begin();
   } else if (orbits.length) {
     keep(null);
     if (kept) {

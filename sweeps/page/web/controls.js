@@ -41,7 +41,7 @@ function markBox(name) {
 
 function showRefusals() {
   Object.keys(live.scales).forEach(markBox);
-  const shown = (name) => `${state.opened?.texts[name] ?? ""} ${plainOf(live.units[name])}`.trim();
+  const shown = (name) => `${(state.opened ?? live.first).texts[name]} ${plainOf(live.units[name])}`.trim();
   complain([...refusals].map(([name, why]) => `${why}. The page shows ${shown(name)}.`));
 }
 
@@ -77,15 +77,27 @@ function complain(sentences) {
   element("refusals").replaceChildren(...lines);
 }
 
-// The computed point keeps its previous values.
-function showRefusal({ refused, sentence }) {
+// The computed point keeps its previous values; other values that were wanted with them are requested again.
+function showRefusal({ refused, sentence, parts }) {
+  const shown = (state.opened ?? live.first).parts;
+  if (!next) state.wanted = { ...parts };
   for (const [name, why] of Object.entries(refused)) {
     refusals.set(name, why);
-    if (state.opened?.parts[name]) state.wanted[name] = state.opened.parts[name];
+    if (shown[name]) state.wanted[name] = shown[name];
     else delete state.wanted[name];
   }
   showRefusals();
-  if (!refusals.size) complain([`This page cannot show the address: ${sentence}.`]);
+  if (!refusals.size) complain([`This point cannot be shown: ${sentence}.`]);
+  else if (!next && Object.entries(state.wanted).some(([key, text]) => shown[key] !== text)) ask(state.wanted);
+}
+
+// An address that is refused changes nothing; a page that it was to open opens as without an address.
+function showRefusedAddress({ refused, sentence }) {
+  const words = Object.values(refused).join("; ") || sentence;
+  const { hidden, textContent } = element("strange");
+  element("strange").textContent = `${hidden ? "" : `${textContent} `}This page cannot show the address: ${words}.`;
+  element("strange").hidden = false;
+  if (state.opened) state.wanted = { ...state.opened.parts };
 }
 
 // The text of a unit, which is HTML.
@@ -94,6 +106,7 @@ const plainOf = (html) => new DOMParser().parseFromString(html, "text/html").bod
 // Request the open point with some parts changed; a point of the file becomes its parameters.
 function askFor(changes) {
   state.pinned = false;
+  element("strange").hidden = true;
   for (const name of Object.keys(changes)) refusals.delete(name);
   ask({ ...state.wanted, ...changes });
 }

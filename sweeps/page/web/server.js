@@ -10,9 +10,9 @@ let asked = 0;
 let next = null; // the request that waits
 let flight = null; // the request that is under way
 
-// Request the point that these parts name; `after` is called when it is shown.
-function ask(parts, after = () => {}) {
-  next = { parts, after, since: next?.since ?? flight?.since ?? performance.now() };
+// Request the point that these parts name; `after` is called when it is shown, and `instead` if it is refused.
+function ask(parts, after = () => {}, instead = showRefusal) {
+  next = { parts, after, instead, since: next?.since ?? flight?.since ?? performance.now() };
   if (!Object.keys(parts).some((key) => key.startsWith("at."))) state.wanted = { ...parts };
   remember();
   send();
@@ -66,7 +66,7 @@ function take(request, answer) {
     return;
   }
   flight = null;
-  if (answer.state === "refused") showRefusal(answer);
+  if (answer.state === "refused") request.instead(answer);
   if (answer.state !== "done") return;
   showAnswer(answer);
   request.after();
