@@ -116,6 +116,8 @@ def complaint_of(name: str, text: str) -> str | None:
 
 def read_number(text: str) -> float:
     """Return the number in a text, as `--set` reads it; raises ValueError with half a sentence."""
+    if "_" in text or not text.isascii():  # float() reads these, and YAML does not
+        return number(text)
     try:
         return float(text) + 0.0
     except ValueError:

@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.variables import PARAMETERS
-from sweeps.config.load import from_mapping
+from sweeps.config.load import ConfigError, from_mapping
 from sweeps.page.controls import (
     Scale,
+    complaint_of,
     controls_html,
     exact_text,
     read_number,
@@ -90,6 +91,13 @@ def test_long_numbers_are_cut_in_a_box_only():
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_text_is_read_as_the_same_number(value: float):
     assert read_number(exact_text(value)) == value
+
+
+@pytest.mark.parametrize("text", ["1_000", "\u0661\u0660\u0660"])
+def test_a_text_that_is_no_number_in_a_config_is_none_in_a_box(text: str):
+    with pytest.raises(ConfigError, match="must be a number"):
+        from_mapping({}, overrides=[f"temperature={text}"])
+    assert "temperature must be a number" in (complaint_of("temperature", text) or "")
 
 
 def test_the_menu_of_laws_has_that_of_a_package_beside_ours():
