@@ -131,9 +131,9 @@ def prepare(shown_point: ShownPoint) -> None:
     """Compile or load the kernels that a point needs; the first run of a version takes a minute."""
     options, parameters = options_of(shown_point.config), shown_point.point.parameters
     prepare_kernels(options, np.array([[getattr(parameters, name) for name in KIND]]))
-    # Simulate anything, to compile the kernels of trajectories.
+    # Simulate anything that every noise allows, to compile the kernels of trajectories.
     simulate(
-        Parameters(),
+        Parameters(initial_order_parameter=0.5),
         periods=1,
         samples_per_period=1,
         noise=options.noise,

@@ -96,6 +96,14 @@ def test_settings_are_read_as_in_a_config(treatment: str):
     assert answer({**settings, "phi_0": "0.1"})["settings"].items() >= settings.items()
 
 
+def test_a_film_without_noise_that_begins_solid_has_its_numbers():
+    found = answer({"noise.treatment": "none", "phi_0": "0.01"})
+    parameters = Parameters(initial_order_parameter=0.01)
+    orbit = stationary_orbit(parameters, noise="none")
+    assert found["courses"] is not None
+    assert found["shown"]["friction_force_amplitude"] == 1e3 * orbit.friction_force_amplitude
+
+
 def test_an_invalid_value_is_refused_by_the_name_of_its_box():
     found = answer({"T": "-5", "k": "1,5", "K": "2000"})
     assert found["state"] == "refused"
