@@ -21,7 +21,7 @@ from bokeh.models import Model
 from bokeh.resources import Resources
 
 from stickslip.symbols import as_html, plain
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.charts.axes import axis_of
 from sweeps.charts.chart import require_borders_of
 from sweeps.charts.choice import data_of, slice_at
@@ -228,8 +228,7 @@ def _of_result(
     views, variables = views_of(ds), variables_of(ds)
     dims = list(map(str, ds["status"].dims))
     charts, hosts = _charts(ds, views, variables, others, borders)
-    # An axis with several values stays, and a pinned point has its value.
-    sliced = [word for text in at if "," not in text for word in ("--at", text)]
+    sliced = [word for text in at if (one := _one_point(ds, text)) for word in ("--at", one)]
     data = _EMPTY | charts
     data |= {
         "axes": [_axis(ds, dim) for dim in dims],
@@ -246,6 +245,18 @@ def _of_result(
         "readout": facts.readout_table(ds, parameters_of(ds), variables),
     }
     return parts, data, hosts
+
+
+def _one_point(ds: xr.Dataset, text: str) -> str:
+    """Return the part of a slice that selects one point; nothing if several points remain.
+
+    An axis with several points stays, and a pinned point has its value.
+    """
+    first, *others = text.split(",")
+    key = first.partition("=")[0].strip()
+    name = canonical_name(key) or key
+    stays = bool(others) and name in ds.coords and ds[name].ndim > 0
+    return "" if stays else first.replace("[", "")
 
 
 def _charts(

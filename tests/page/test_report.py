@@ -109,6 +109,9 @@ def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
     some = ["gamma=0", "T=200,250"]
     write_report(ds, tmp_path / "a.html", name="a.nc", at=some, orbits=0)
     assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
+    # Both values are nearest to one point.
+    write_report(ds, tmp_path / "a.html", name="a.nc", at=["T=250,251"], orbits=0)
+    assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at T=250")
     assert ds.status.size < MOST_POINTS
     monkeypatch.setattr("sweeps.page.document.MOST_POINTS", 10)
     with pytest.raises(ReportError, match=r"162 points, and a page holds 10.*--at temperature=200"):
