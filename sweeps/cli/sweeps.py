@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import sys
 from enum import StrEnum
@@ -51,6 +52,7 @@ PartOption = Annotated[
 
 # Options that the command to resume must not repeat.
 _ONCE = ("--overwrite", "--retry-failed")
+_PLAIN = re.compile(r"[\w./+=-]+")  # names that need no quotes in YAML
 _MANY = 10_000_000  # points; a plan of as many takes more than a moment
 
 
@@ -75,17 +77,25 @@ def new(
 ) -> None:
     """Write a commented config to begin with."""
     from sweeps.config.paper import shipped_config
+    from sweeps.config.yaml_writer import block_yaml
     from sweeps.files.outputs import Outputs
 
     if file.suffix not in (".yaml", ".yml"):
         stop_with(f"{file}: a config ends in .yaml", Exit.USAGE)
     text = shipped_config(f"new/{kind}").read_text(encoding="utf-8")
-    text = text.replace("FILE", str(file)).replace("RESULT", f"results/{file.stem}")
-    text = text.replace(f"results/{kind}.nc", f"results/{file.stem}.nc")
+    result, config = f"results/{file.stem}", shlex.quote(str(file))
+    names = {"FILE": config, "RESULT.nc": shlex.quote(f"{result}.nc")}
+    names["RESULT-boundaries.nc"] = shlex.quote(f"{result}-boundaries.nc")
+    output = f"output: {result}.nc\n"
+    if not _PLAIN.fullmatch(result):  # a name that YAML would read as something else
+        output = block_yaml({"output": f"{result}.nc"})
+    names[f"output: results/{kind}.nc\n"] = output
+    # In one pass, since a name may contain the placeholder of another.
+    text = re.sub("|".join(map(re.escape, names)), lambda match: names[match[0]], text)
     with Outputs([file], {"config": text}, ways_out="choose another name").held() as outputs:
         outputs.write({file: text.encode()})
     print_names(outputs)
-    verb = f"fit DATA.csv {file} --free k,gamma" if kind is _Kind.FIT else f"sweep {file}"
+    verb = f"fit DATA.csv {config} --free k,gamma" if kind is _Kind.FIT else f"sweep {config}"
     print(f"next: stickslip {verb}")
 
 
