@@ -107,10 +107,3 @@ def missing_blocks(
     if refinement and not stop.requested:
         yield Block(*refinement.interpolated(store.rows()))
         counts.goal = counts.total
-
-
-def interpolate(config: Config, grid: Grid, store: Journal | Memory) -> None:
-    """Add the interpolated points of a refined grid to a store with all of its computed points."""
-    refinement = refinement_of(config.refine, grid)
-    if refinement and not any(True for _ in refinement.rounds(store.rows)):
-        store.append(*refinement.interpolated(store.rows()))

@@ -22,7 +22,10 @@ from stickslip.model.drive import full_forces
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
+from sweeps.config.load import Config
 from sweeps.config.refinement import Refine
+from sweeps.files.journal import Journal
+from sweeps.files.result_rows import Memory
 from sweeps.grid import Grid
 
 Floats = NDArray[np.float64]
@@ -226,6 +229,13 @@ class Refinement:
 def refinement_of(refine: Refine | None, grid: Grid) -> Refinement | None:
     """Return the refinement of a grid, None if it is not refined."""
     return Refinement(refine, grid) if refine else None
+
+
+def interpolate(config: Config, grid: Grid, store: Journal | Memory) -> None:
+    """Add the interpolated points of a refined grid to a store with all of its computed points."""
+    refinement = refinement_of(config.refine, grid)
+    if refinement and not any(True for _ in refinement.rounds(store.rows)):
+        store.append(*refinement.interpolated(store.rows()))
 
 
 def _floors(grid: Grid) -> Floats:

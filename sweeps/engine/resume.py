@@ -20,7 +20,6 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config
-from sweeps.engine.computing import interpolate
 from sweeps.engine.existing import (
     ExistingPoints,
     Part,
@@ -30,6 +29,7 @@ from sweeps.engine.existing import (
     found_in_input,
     found_in_journal,
 )
+from sweeps.engine.refine import interpolate
 from sweeps.exits import StorageError
 from sweeps.files.atomic import fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now

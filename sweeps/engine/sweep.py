@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from stickslip.dispatch.task import Block
 from stickslip.status import Status
 from sweeps.config.load import Config
-from sweeps.engine.computing import compile_first, interpolate, missing_blocks
+from sweeps.engine.computing import compile_first, missing_blocks
 from sweeps.engine.executors import make_executor
 from sweeps.engine.existing import Part, RefusalError, Target
 from sweeps.engine.progress import Counts, display_of, stop_text
+from sweeps.engine.refine import interpolate
 from sweeps.engine.resume import (
     Decision,
     ExistingPolicy,
