@@ -58,6 +58,8 @@ FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, LOWEST, HIGHEST = range(STRESS + 1,
 _INNER = 0.5 * math.sqrt(0.2)
 NODES = (0.0, 0.5 - _INNER, 0.5 + _INNER, 1.0)
 _PARTS = (NODES[1] - NODES[0], NODES[2] - NODES[1], NODES[3] - NODES[2])
+# The part of an outer interval in both that a parabola covers.
+_OUTER = _PARTS[0] / (_PARTS[0] + _PARTS[1])
 WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 
 Values = tuple[float, float, float, float]
@@ -105,7 +107,9 @@ def _promising(
 ) -> bool:
     """Return whether the observable turns between the nodes and could exceed the record there.
 
-    `values` are at the nodes, `rates` at the ends.
+    `values` are at the nodes, `rates` at the ends. The rate of the force on a very light block is a
+    small difference, lost in the error of the velocity. The slopes of the parabolas that cover the
+    step see such a turn.
     """
     begin, first, second, end = values
     high = get(lanes, RECORD_BEGIN + slot, lane)
@@ -113,8 +117,12 @@ def _promising(
     # We assume that between the nodes a curve overshoots no farther than it rose and fell at them.
     top, bottom = larger(larger(first, second), end), -larger(larger(-first, -second), -end)
     rise0, rise1, rise2 = first - begin, second - first, end - second
+    left, middle, right = rise0 / _PARTS[0], rise1 / _PARTS[1], rise2 / _PARTS[2]
+    slope0 = left - _OUTER * (middle - left)
+    slope1 = right + _OUTER * (right - middle)
     # `|` and `&` evaluate both sides; `or` and `and` would branch.
     turns = (rates[0] * rates[1] < 0.0) | (rise0 * rise1 < 0.0) | (rise1 * rise2 < 0.0)
+    turns = turns | (slope0 * left < 0.0) | (slope1 * right < 0.0)
     reach = abs(rise0) + abs(rise1) + abs(rise2)
     return turns & ((top + reach >= high) | (bottom - reach <= low))
 
