@@ -130,7 +130,7 @@ def test_the_schedule_of_a_run_does_not_change_the_motion_of_a_point(ds: xr.Data
 def test_a_motion_of_no_periods_is_refused(ds: xr.Dataset) -> None:
     point = point_of(ds, T=200, gamma=0)
     for compute in (point.simulate, point.stroboscopic, point.portrait):
-        with pytest.raises(ValueError, match="periods and samples_per_period must be at least 1"):
+        with pytest.raises(ValueError, match="must be at least 1"):
             compute(0)
 
 
