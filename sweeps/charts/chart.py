@@ -349,7 +349,7 @@ def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
     names = border_axes(borders)
     if any(parameters_along(ds, name) != [name] for name in names):
         raise ValueError(
-            f"these borders lie over {' and '.join(names)}, which are not both axes of this result"
+            f"these borders lie over {' and '.join(names)}, which are not both axes here"
         )
     if elsewhere := place_elsewhere(ds, borders):
         raise ValueError(elsewhere)

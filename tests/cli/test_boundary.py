@@ -101,7 +101,7 @@ def test_a_report_has_borders_on_its_map(
     for options, message in (
         (["report", "map.nc", "--boundaries", "map.nc"], "not a file of borders"),
         (["report", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),
-        (["report", "map.nc", "--boundaries", "lines.nc", "--at", "T=230"], "no axes here"),
+        (["report", "map.nc", "--boundaries", "lines.nc", "--at", "T=230"], "not both axes here"),
         (["explore", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),
         (["explore", "--boundaries", "lines.nc"], "the map of a result file: name one"),
     ):
