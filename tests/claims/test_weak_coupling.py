@@ -22,6 +22,7 @@ POINTS = [
         contact_area=1.3020315002022645e-14,
     ),
 ]  # fmt: skip
+NAMES = ["pseudoplastic", "dilatant"]
 
 
 def growth(p: Parameters, state: tuple[float, float, float]) -> float:
@@ -40,9 +41,14 @@ def growth(p: Parameters, state: tuple[float, float, float]) -> float:
     return float((apart[-1] / apart[0]) ** (1.0 / 3.0))
 
 
+@pytest.mark.parametrize("p", POINTS, ids=NAMES)
+def test_the_block_oscillates_more_and_more_about_the_orbit_that_is_found(p: Parameters) -> None:
+    assert growth(p, stationary_orbit(p).state) > 1.01
+
+
+# The test above shows that the orbit is unstable, so that only the verdict fails here.
 @pytest.mark.xfail(reason="the method damps an oscillation that it does not resolve", strict=True)
-@pytest.mark.parametrize("p", POINTS, ids=["pseudoplastic", "dilatant"])
-def test_an_orbit_about_which_the_block_oscillates_more_and_more_is_not_ok(p: Parameters) -> None:
+@pytest.mark.parametrize("p", POINTS, ids=NAMES)
+def test_an_orbit_that_does_not_attract_is_not_ok(p: Parameters) -> None:
     orbit = stationary_orbit(p)
-    assert growth(p, orbit.state) > 1.01
     assert orbit.status != Status.OK or orbit.floquet_multiplier > 1.0
