@@ -22,6 +22,7 @@ class Status(IntEnum):
     APERIODIC = 7
     INACCURATE = 8
     INTERPOLATED = 9
+    UNSTABLE = 10
     PENDING = 127
 
     @property
@@ -67,6 +68,10 @@ _SENTENCES = {
     ),
     Status.INTERPOLATED: (
         "The point lies between computed ones that agree (`refine`), and was interpolated."
+    ),
+    Status.UNSTABLE: (
+        "The orbit that was found is unstable: the block oscillates about it on its springs, more "
+        "and more, which the steps do not resolve; take a tighter `integrator.rtol`, such as 1e-9."
     ),
     Status.PENDING: "The point has not been computed yet.",
 }

@@ -369,8 +369,8 @@ class OrbitValues(NamedTuple):
         "kind of motion of the orbit", _TYPICAL, lower=0.0, upper=5.0)]
     floquet_multiplier: Annotated[float, ResultVariable("multiplier", r"|\mu|", "1",
         "modulus of the largest Floquet multiplier of the orbit",
-        "by finite differences of the map of (x, v, ln phi) over the orbit; resolved to about the "
-        f"root of the tolerance; {_TYPICAL}",
+        "from the variational equations of (x, v, ln phi) over the orbit, in steps that resolve "
+        f"free oscillations of the block, or missing if these are too many; {_TYPICAL}",
         lower=0.0, always=False)]
     lyapunov_exponent: Annotated[float, ResultVariable("Lyapunov exponent", r"\lambda", "1",
         "largest Lyapunov exponent of an aperiodic orbit, per drive period", always=False)]

@@ -164,5 +164,6 @@ def test_every_status_is_provoked_here() -> None:
     provoked = {status for _, _, status in ENDINGS}
     provoked |= {Status.OK, Status.INVARIANT_VIOLATED, Status.FAILED}
     provoked |= {Status.APERIODIC}  # by claims/test_aperiodic.py
+    provoked |= {Status.UNSTABLE}  # by claims/test_weak_coupling.py
     provoked |= {Status.INTERPOLATED}  # by engine/test_refine.py
     assert provoked == set(Status) - {Status.PENDING}  # which means that nothing was computed

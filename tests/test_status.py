@@ -15,6 +15,7 @@ CODES = {
     "aperiodic": 7,
     "inaccurate": 8,
     "interpolated": 9,
+    "unstable": 10,
     "pending": 127,  # the largest int8: a file stores statuses as such
 }
 

@@ -43,7 +43,9 @@ class Slots(NamedTuple):
     accepted: int
     attempts: int
     limit: int
-    """The largest number of attempts."""
+    """The largest number of attempts ..."""
+    longest: int
+    """... and the longest step."""
     stuck: int
     """1 if the step has shrunk to rounding level."""
     event: int
@@ -120,6 +122,8 @@ def make_attempt(
         longer = longer if grows or longer < used else used
         # The last step was cut, so that its small error is no reason for a longer next one.
         longer = longer if longer < h or not last else h
+        longest = get(lanes, slots.longest, lane)
+        ahead = ahead if ahead < longest else longest
         longer = longer if longer < ahead else ahead
         shorter = used * (part if accurate else step_control.after_rejection(ratio))
         put(lanes, slots.step, lane, longer if accepted else shorter)

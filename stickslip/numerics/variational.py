@@ -23,6 +23,10 @@ GAMMA = 0.4358665215084590
 NODES = (GAMMA, 0.5 * (1.0 + GAMMA), 1.0)
 """The times at which a step needs the Jacobian, as fractions of the step."""
 
+DAMPING = 1.0 / 24.0 - 0.5 * GAMMA + 1.5 * GAMMA**2 - GAMMA**3
+"""The spurious damping of an oscillation of rate w in a step h is this number times (w h)^4, to
+leading order; it is the logarithm of the amplitude."""
+
 # The coefficients of the increments of earlier stages, over GAMMA.
 _SECOND = 0.5 * (1.0 - GAMMA) / GAMMA
 _THIRD = (

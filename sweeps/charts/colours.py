@@ -125,6 +125,7 @@ _STATUSES: dict[int, str] = {
     Status.APERIODIC: BLUE,
     Status.INACCURATE: GREEN,
     Status.INTERPOLATED: "#BBDDF6",
+    Status.UNSTABLE: "#8C2D04",
     Status.PENDING: GREY,
 }
 

@@ -63,12 +63,19 @@ attempt = make_attempt(rhs, jacobian, unit_weight, speed, RODAS4P2, algebra(3), 
 scalar = make_adaptive(rhs, jacobian, unit_weight, count, RODAS4P2, algebra(3))
 
 
-def loaded(speeds: np.ndarray, rtols: np.ndarray, ends: np.ndarray, h: float = 1e-3) -> np.ndarray:
+def loaded(
+    speeds: np.ndarray,
+    rtols: np.ndarray,
+    ends: np.ndarray,
+    h: float = 1e-3,
+    longest: float = np.inf,
+) -> np.ndarray:
     """Lanes at the start, with one problem in each."""
     table = np.zeros((SLOTS.total, LANES))
     for slot, value in (
         (SLOTS.end, ends), (SLOTS.step, h), (SLOTS.rtol, rtols), (SLOTS.grows, 1.0),
-        (SLOTS.remembered, step_control.START), (SLOTS.limit, np.inf), (SLOTS.parameters, speeds),
+        (SLOTS.remembered, step_control.START), (SLOTS.limit, np.inf), (SLOTS.longest, longest),
+        (SLOTS.parameters, speeds),
         *zip(STATE, START, strict=True),
     ):  # fmt: skip
         table[slot] = value
@@ -128,6 +135,16 @@ def test_lanes_do_not_affect_each_other() -> None:
         alone = attempts_to_the_end(loaded(SPEEDS[lane] * ones, RTOLS[lane] * ones, ENDS[lane]))
         assert alone[0][0] == together[0][lane]
         np.testing.assert_array_equal(alone[1][(lane + 3) % LANES], together[1][lane])
+
+
+def test_no_step_after_the_first_is_longer_than_the_longest() -> None:
+    values, longest = loaded(SPEEDS, RTOLS, ENDS, longest=2e-3), 0.0
+    for _ in range(50):
+        attempt(values)
+        used = table_of(values)[SLOTS.used].max()
+        assert used <= 2e-3
+        longest = max(longest, used)
+    assert longest == 2e-3
 
 
 def test_events_are_arrival_limit_and_rounding() -> None:

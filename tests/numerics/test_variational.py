@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.numerics.linear import algebra
-from stickslip.numerics.variational import NODES, make_variational_step, shift_of
+from stickslip.numerics.variational import DAMPING, NODES, make_variational_step, shift_of
 
 TWO = algebra(2)
 step = make_variational_step(TWO)
@@ -40,6 +40,16 @@ def test_a_fast_mode_decays_within_a_step() -> None:
     fast, slow = step((1.0, 1.0), 0.0, ZERO, ZERO, shift_of(h), LUs, (ZERO, ZERO, ZERO))
     assert abs(fast) < 1e-7
     assert slow == pytest.approx(math.exp(-0.1), abs=1e-5)
+
+
+@pytest.mark.parametrize("rate", [0.1, 0.03])
+def test_an_oscillation_is_damped_as_stated(rate: float) -> None:
+    LUs = (TWO.factor(((0.0, 1.0), (-(rate**2), 0.0)), shift_of(1.0)),) * 3
+    w: tuple[float, ...] = (1.0, 0.0)
+    for _ in range(1000):
+        w = step(w, 0.0, ZERO, ZERO, shift_of(1.0), LUs, (ZERO, ZERO, ZERO))
+    amplitude = math.hypot(w[0], w[1] / rate)
+    assert -math.log(amplitude) == pytest.approx(1000 * DAMPING * rate**4, rel=0.02)
 
 
 @pytest.mark.parametrize("h", [0.01, 0.7])

@@ -206,6 +206,7 @@ def _measure(
     work_through(coarse, MEASURE, settings.rtol, most, physics)
     motions.counts[:, [ATTEMPTED, OUTCOME]] = coarse.counts[:, [ATTEMPTED, OUTCOME]]
     near = tangents.neighbours_of(motions, begins, finer, physics)
+    motions.counts[near.unstable, OUTCOME] = int(Status.UNSTABLE)
     begun, ended, others_begun, others_ended = (
         tangents.floored(states, components)
         for states in (begins, motions.states, began, coarse.states)

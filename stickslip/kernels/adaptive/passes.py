@@ -245,6 +245,7 @@ def _make_load(
         put(values, SLOTS.grows, lane, motions.control[row, GROWS])
         put(values, SLOTS.remembered, lane, motions.control[row, REMEMBERED])
         put(values, SLOTS.rtol, lane, motions.rtols[row])
+        put(values, SLOTS.longest, lane, motions.longest[row])
         put(values, SLOTS.attempts, lane, 0.0)
         # All passes of a point share one budget of steps.
         put(values, SLOTS.limit, lane, float(task.max_steps - motions.counts[row, ATTEMPTED]))

@@ -13,12 +13,19 @@ import numpy as np
 
 from stickslip.kernels.adaptive.passes import TRAVEL, VARY, work_through
 from stickslip.kernels.adaptive.variations import LEAST_WEIGHT
-from stickslip.kernels.orbits.motions import CYCLE, OUTCOME, Motions, new_motions
+from stickslip.kernels.orbits.motions import (
+    CYCLE,
+    OUTCOME,
+    RESOLUTION,
+    Motions,
+    new_motions,
+)
 from stickslip.measure.accumulate import SENSITIVE
 from stickslip.model.models import model_of
 from stickslip.model.state import Component
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import spectral_radii
+from stickslip.numerics.variational import DAMPING as DAMPING_OF_A_STEP
 from stickslip.options import Physics
 
 # Budget of steps of a motion, beyond which the multiplier stays unknown.
@@ -28,6 +35,13 @@ _MAX_STEPS = 20_000_000
 # for longer cycles, and then for results above 1, which no attracting orbit has.
 _SHORT = 2
 _TIGHT = (1e-8, 1e-10)
+
+# The method damps free oscillations of the block if its steps, which follow the film and the drive,
+# do not resolve them. Above the first number, the logarithm of this spurious damping over a cycle,
+# the multiplier is measured again with steps that are short enough for the second one, unless they
+# would be more than `_MOST_STEPS`. If it is then above `_GROWS`, but not above what the damping
+# makes up for, the motion came to an unstable orbit because it was damped.
+_DAMPS, _LITTLE_DAMPING, _MOST_STEPS, _GROWS = 1e-2, 3e-4, 2_000_000, 1.001
 
 Components = tuple[Component, ...]
 
@@ -67,9 +81,11 @@ def _run(
     mode: int,
     rtol: float,
     physics: Physics,
+    longest: np.ndarray | float = np.inf,
 ) -> Motions:
     motions = new_motions(points, states.copy())
-    motions.counts[:, CYCLE] = cycles
+    motions.counts[:, CYCLE], motions.longest[:] = cycles, longest
+    motions.states[:, -1] = np.minimum(motions.states[:, -1], longest)
     work_through(motions, mode, rtol, _MAX_STEPS, physics)
     return motions
 
@@ -77,12 +93,14 @@ def _run(
 class Neighbours(NamedTuple):
     """Results from neighbours of n settled orbits, in the points' own units; NaN if unknown.
 
-    `multipliers` (n,) are the moduli of the largest Floquet multipliers. `maps` (n, width, width)
-    describe small displacements over the cycle, mirrored as in the lanes. `slopes` (n, SENSITIVE,
-    width) belong to the extrema and integrals of the cycle.
+    `multipliers` (n,) are the moduli of the largest Floquet multipliers, and `unstable` (n,) says
+    about which orbits free oscillations of the block grow. `maps` (n, width, width) describe small
+    displacements over the cycle as the method carries them, mirrored as in the lanes. `slopes` (n,
+    SENSITIVE, width) belong to the extrema and integrals of the cycle.
     """
 
     multipliers: np.ndarray
+    unstable: np.ndarray
     maps: np.ndarray
     slopes: np.ndarray
 
@@ -99,14 +117,38 @@ def neighbours_of(
     maps, slopes = _linear_maps(motions, components)
     largest = spectral_radii(maps)
     largest[cycles > _SHORT] = np.inf  # until it is measured at a tight tolerance
-    largest[np.isnan(maps[:, 0, 0])] = np.nan
+    damping, longest = _unresolved(motions)
+    damped = longest < np.inf
+    largest[damped] = np.inf
+    largest[np.isnan(maps[:, 0, 0]) | (np.pi * cycles > _MOST_STEPS * longest)] = np.nan
     for tight in _TIGHT:
         rows, tolerance = np.flatnonzero(largest > 1.0), min(rtol, tight)
         if len(rows):
-            again = _run(motions.points[rows], begins[rows], cycles[rows], VARY, tolerance, physics)
-            maps[rows], slopes[rows] = _linear_maps(again, components)
-            largest[rows] = spectral_radii(np.ascontiguousarray(maps[rows]))
-    return Neighbours(np.where(cycles % 2 == 1, largest**2, largest), maps, slopes)
+            again = _run(
+                motions.points[rows], begins[rows], cycles[rows], VARY, tolerance, physics,
+                longest[rows],
+            )  # fmt: skip
+            finer, finer_slopes = _linear_maps(again, components)
+            largest[rows] = spectral_radii(np.ascontiguousarray(finer))
+            kept = ~damped[rows]
+            maps[rows[kept]], slopes[rows[kept]] = finer[kept], finer_slopes[kept]
+    # An orbit whose disturbances grow faster than the method damps them was left by the search.
+    hidden = np.log(np.maximum(largest, 1.0)) < damping
+    unstable = damped & (largest > _GROWS) & hidden
+    return Neighbours(np.where(cycles % 2 == 1, largest**2, largest), unstable, maps, slopes)
+
+
+def _unresolved(motions: Motions) -> tuple[np.ndarray, np.ndarray]:
+    """Return the spurious damping (n,) of free oscillations, and the steps (n,) that resolve them.
+
+    `motions` are in the state after a VARY pass; the steps are infinite if it resolved them.
+    """
+    damping, fastest = motions.varied[:, -RESOLUTION:].T
+    rows, longest = np.flatnonzero(damping > _DAMPS), np.full(len(damping), np.inf)
+    lengths, rates = np.pi * motions.counts[rows, CYCLE], fastest[rows]
+    # Over a length L, equal steps h damp an oscillation of rate w by DAMPING_OF_A_STEP w^4 h^3 L.
+    longest[rows] = np.cbrt(_LITTLE_DAMPING / (DAMPING_OF_A_STEP * rates * lengths)) / rates
+    return damping, longest
 
 
 def _linear_maps(motions: Motions, components: Components) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +158,8 @@ def _linear_maps(motions: Motions, components: Components) -> tuple[np.ndarray, 
     """
     n, width = len(motions.states), len(components)
     maps = motions.varied[:, : width * width].reshape(n, width, width).transpose(0, 2, 1).copy()
-    slopes = motions.varied[:, width * width :].reshape(n, len(SENSITIVE), width).copy()
+    slopes = motions.varied[:, width * width : -RESOLUTION]
+    slopes = slopes.reshape(n, len(SENSITIVE), width).copy()
     # All values below the floor of a component count as equal.
     floors = np.array([component.floor for component in components])
     maps[motions.states[:, :width] <= floors] = 0.0

@@ -36,6 +36,7 @@ from stickslip.kernels.adaptive.recording import (
     step_reader,
     stream_begin,
 )
+from stickslip.kernels.orbits.motions import DAMPING, FASTEST, RESOLUTION
 from stickslip.kernels.orbits.states import state_functions
 from stickslip.kernels.problem import Problem, ProblemFunctions
 from stickslip.kernels.streams import STREAM
@@ -51,7 +52,8 @@ from stickslip.measure.accumulate import (
 )
 from stickslip.model.state import FILM, Component
 from stickslip.numerics.lane_array import lane_vectors
-from stickslip.numerics.linear import Vector, algebra, larger
+from stickslip.numerics.linear import Matrix, Vector, algebra, larger
+from stickslip.numerics.variational import DAMPING as DAMPING_OF_A_STEP
 from stickslip.numerics.variational import NODES, make_variational_step, shift_of
 
 # A step is near the cusp at u = 0 if u changes by more than this part of itself. The motion of u is
@@ -72,8 +74,11 @@ def columns_begin(width: int) -> int:
 
 
 def room_of(width: int) -> int:
-    """Return the number of slots for columns, slopes, and the last changes of integrands."""
-    return (width + len(SENSITIVE) + len(INTEGRALS)) * width
+    """Return the number of slots for columns, slopes, last changes of integrands, and resolution.
+
+    The last are `DAMPING` and `FASTEST`.
+    """
+    return (width + len(SENSITIVE) + len(INTEGRALS)) * width + RESOLUTION
 
 
 class Variations(NamedTuple):
@@ -167,6 +172,7 @@ def _make_mirror(components: tuple[Component, ...], first: int, slopes: int) -> 
 
 def _make_store(width: int, first: int, slopes: int) -> Any:
     """Return `Variations.store` for columns and slopes that begin in these slots."""
+    resolution = first + room_of(width) - RESOLUTION
 
     @jit
     def store(lanes: np.ndarray, lane: int, row: np.ndarray) -> None:
@@ -174,6 +180,8 @@ def _make_store(width: int, first: int, slopes: int) -> Any:
             row[slot] = get(lanes, first + slot, lane)
         for slot in range(len(SENSITIVE) * width):
             row[width * width + slot] = get(lanes, slopes + slot, lane)
+        for slot in range(RESOLUTION):
+            row[-RESOLUTION + slot] = get(lanes, resolution + slot, lane)
 
     return store
 
@@ -328,6 +336,17 @@ def _crosses(u0: float, u1: float, at_first: float, at_last: float) -> bool:
     return near & first & last & unlike
 
 
+@inline
+def _oscillation(J: Matrix) -> float:
+    """Return the rate of free motions of the block on its springs; 0 if friction damps them away.
+
+    A damped oscillator is overdamped if its damping rate is above twice its own rate. If friction
+    decreases with velocity, the motion grows at that rate instead.
+    """
+    own, growth = math.sqrt(-J[0][1] * J[1][0]), J[1][1]
+    return larger(own, growth) if growth > -2.0 * own else 0.0
+
+
 def _make_carry(
     problems: Callable[..., Problem],
     functions: ProblemFunctions,
@@ -346,12 +365,22 @@ def _make_carry(
         make_variational_step(operations), operations.interpolate, operations.factor
     )  # fmt: skip
     rows_of = make_tuple_reader(width)
+    resolution = first + room_of(width) - RESOLUTION
+
+    @inline
+    def resolve(lanes: np.ndarray, lane: int, w: float, used: float, accepted: bool) -> None:
+        damping = get(lanes, resolution + DAMPING, lane)
+        fastest = get(lanes, resolution + FASTEST, lane)
+        square = (w * used) * (w * used)
+        more = damping + DAMPING_OF_A_STEP * square * square
+        put(lanes, resolution + DAMPING, lane, more if accepted else damping)
+        put(lanes, resolution + FASTEST, lane, larger(w, fastest) if accepted else fastest)
 
     @inline
     def linearised(problem: Problem, last: Step, theta: float) -> Any:
         y = interpolate(theta, last.y0, last.y1, last.d1, last.d2)
         J = jacobian(problem, last.t + theta * last.used, y)
-        return factor(rows_of(J), shift_of(last.used)), J[width]
+        return factor(rows_of(J), shift_of(last.used)), J[width], _oscillation(J)
 
     @inline
     def carry_column(
@@ -375,12 +404,14 @@ def _make_carry(
     def lane_carry(lane: int, lanes: np.ndarray) -> None:
         problem, last = problems(lanes, lane), step_of(lanes, lane)
         f0, f1 = rhs(problem, last.t, last.y0), rhs(problem, last.t + last.used, last.y1)
-        LU1, f_t1 = linearised(problem, last, NODES[0])
-        LU2, f_t2 = linearised(problem, last, NODES[1])
-        LU3, f_t3 = linearised(problem, last, NODES[2])
+        LU1, f_t1, _ = linearised(problem, last, NODES[0])
+        LU2, f_t2, _ = linearised(problem, last, NODES[1])
+        LU3, f_t3, w = linearised(problem, last, NODES[2])
         crosses = _crosses(last.y0[1], last.y1[1], last.used * f0[1], last.used * f1[1])
         over = f0, f1, crosses, (LU1, LU2, LU3), (f_t1, f_t2, f_t3)
-        carry_columns(lanes, lane, last, over, get(lanes, SLOTS.accepted, lane) > 0.0)
+        accepted = get(lanes, SLOTS.accepted, lane) > 0.0
+        carry_columns(lanes, lane, last, over, accepted)
+        resolve(lanes, lane, w, last.used, accepted)
 
     @inline
     def lane_note(lane: int, lanes: np.ndarray, j: int, reach: float) -> None:

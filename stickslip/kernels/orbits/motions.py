@@ -28,6 +28,10 @@ GROWS, REMEMBERED, CONTROL = range(3)
 LOWEST, HIGHEST, FILM_COLUMNS = range(3)
 """Columns of `film`."""
 
+DAMPING, FASTEST, RESOLUTION = range(3)
+"""The numbers at the end of a row of `varied`: the spurious damping of free oscillations in the
+columns, a logarithm, and the fastest rate of these oscillations."""
+
 KINDS = [Reduced._fields.index(name) for name in KIND]
 """The columns of `families.KIND` among the reduced parameters."""
 
@@ -36,18 +40,19 @@ class Motions(NamedTuple):
     """The motions of n points, a row each.
 
     `points` (n, reduced parameters) are as in `Reduced`, followed by a stream of random numbers if
-    the noise is stochastic. `rtols` (n,) are the tolerances. `states` (n, width + 1) hold the state
-    in the point's own units and the next step, at phase 0. `control` (n, CONTROL) is the state of
-    the step control, so that a motion in pieces has the same bits. `counts` are (n, COUNT_COLUMNS).
-    `film` (n, 2) has the lowest and highest ln(phi) of the last half period without record. `ahead`
-    (n, MOST_AHEAD, columns) has, in the layout of `ahead_of`, the result of each application that
-    is not judged yet. `measured` is (n, RECORD), and `ratios` (n,) the contraction of an orbit.
-    `varied` (n, `varied_of(width)`) shows how small displacements of the first state change the
-    motion, its extrema and integrals.
+    the noise is stochastic. `rtols` (n,) are the tolerances, and `longest` (n,) the longest steps.
+    `states` (n, width + 1) hold the state in the point's own units and the next step, at phase 0.
+    `control` (n, CONTROL) is the state of the step control, so that a motion in pieces has the same
+    bits. `counts` are (n, COUNT_COLUMNS). `film` (n, 2) has the lowest and highest ln(phi) of the
+    last half period without record. `ahead` (n, MOST_AHEAD, columns) has, in the layout of
+    `ahead_of`, the result of each application that is not judged yet. `measured` is (n, RECORD),
+    and `ratios` (n,) the contraction of an orbit. `varied` (n, `varied_of(width)`) shows how small
+    displacements of the first state change the motion, its extrema and integrals.
     """
 
     points: np.ndarray
     rtols: np.ndarray
+    longest: np.ndarray
     states: np.ndarray
     control: np.ndarray
     counts: np.ndarray
@@ -69,8 +74,11 @@ def ahead_of(width: int) -> int:
 
 
 def varied_of(width: int) -> int:
-    """Return the length of a row of `varied`: a column for each component, then their slopes."""
-    return (width + len(SENSITIVE)) * width
+    """Return the length of a row of `varied`: a column for each component, then their slopes.
+
+    The last two numbers are `DAMPING` and `FASTEST`, which say how well the columns are resolved.
+    """
+    return (width + len(SENSITIVE)) * width + RESOLUTION
 
 
 def new_motions(points: np.ndarray, states: np.ndarray) -> Motions:
@@ -79,6 +87,7 @@ def new_motions(points: np.ndarray, states: np.ndarray) -> Motions:
     return Motions(
         points,
         np.zeros(n),
+        np.full(n, np.inf),
         states,
         control=fresh_control(n),
         counts=np.zeros((n, COUNT_COLUMNS), np.int64),
