@@ -224,5 +224,6 @@ def refuse_outside(name: str, probability: float) -> None:
     if probability > LARGEST_OUTSIDE:
         raise DistributionError(
             f"has values that {name} cannot have, with a probability of {probability:.2g} (at "
-            f"most {LARGEST_OUTSIDE:g}); give it a smaller deviation, a lognormal one, or a range"
+            f"most {LARGEST_OUTSIDE:g}); take a smaller deviation, a lognormal distribution, or a "
+            "range"
         )

@@ -161,8 +161,8 @@ def indices_of(
     lost = int((~used).sum())
     if lost > largest_missing * used.size or used.sum() < 2:
         raise BoxError(
-            f"{lost} of {used.size} base points have a point without a result: more than "
-            f"{largest_missing:.3g} of them, so that the indices would describe another box; "
+            f"{lost} of {used.size} base points include a point without a result; this is more "
+            f"than the share {largest_missing:.3g}, so the indices would describe another box; "
             "take a smaller box, more drive periods (max_periods), or a larger share"
         )
     estimates = [

@@ -49,8 +49,8 @@ def phase_diagram(
     Parameters
     ----------
     parameters
-        The model's parameters; the paper's by default. Their temperature sets the range of strains
-        alone.
+        The model's parameters; the paper's by default. Their temperature affects only the range of
+        strains.
     temperatures
         Temperatures [K] of the film.
     strain
@@ -61,8 +61,8 @@ def phase_diagram(
     Returns
     -------
     xarray.Dataset
-        `free_energy` (temperature, order_parameter) by Eq. 12 under the scalar coordinate
-        `applied_strain`; `melting_strain` and `solidification_strain` (temperature,), Eqs. 19 and
+        `free_energy` (temperature, order_parameter) by Eq. 12 at the strain `applied_strain`, a
+        scalar coordinate; `melting_strain` and `solidification_strain` (temperature,), Eqs. 19 and
         20; `melting_temperature` and `solidification_temperature` (elastic_strain,), Eqs. 17 and
         18. Between melting and solidification the film keeps its phase; elsewhere only one phase
         exists. `equilibrium_strain` (temperature, order_parameter) is the strain under which a film

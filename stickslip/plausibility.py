@@ -59,11 +59,12 @@ _UNKNOWN_ERROR = 1.0  # the largest amplitude error of an orbit that closes
 
 
 def are_possible(results: NDArray[np.float64]) -> bool:
-    """Return whether a computation can have returned these rows (n, columns), undamaged.
+    """Return whether these rows (n, columns) could be the undamaged output of a computation.
 
     A point with a result has all values within the ranges of `variables.RESULTS`, and no amplitude
-    above half of maximum minus minimum; if the orbit closes, the two are equal, and their relative
-    error is at most 1. A point without a result has its status and perhaps its periods.
+    above half the difference between maximum and minimum; if the orbit closes, the two are equal,
+    and the stated relative error is at most 1. A point without a result has only a status and
+    perhaps a number of periods.
     """
     statuses = results[:, _STATUS]
     with_result = np.isin(statuses, _WITH_RESULT)

@@ -207,7 +207,7 @@ class StickslipAccessor:
         ----------
         accuracy
             Width of the last bracket, as a fraction of the length of the axis. On an axis whose
-            values have a common ratio, the length is in logarithms. Some brackets stay wider.
+            values have a common ratio, the length is a logarithm. Some brackets stay wider.
         kind
             What must change at a border: the 'regime', or for 'orbit' also `melting_count` or
             `orbit_periods`, which mean nothing for aperiodic motions.
@@ -222,16 +222,17 @@ class StickslipAccessor:
             `multiplier_left`, `multiplier_right`, the Floquet multipliers at the ends of the last
             bracket, NaN where a motion has none; `type`, 0 grazing, 1 fold, 2 a point where three
             or more kinds meet, in the middle of their crossings; and for each axis
-            `<axis>_bracket`, the width of the last bracket. Left and right are seen by someone who
-            walks along the line while the first axis points right and the second up. On a single
-            axis left is below. A border is a fold if a multiplier lies within 0.2 of 1: an orbit is
-            then about to lose its stability, though it may end otherwise. To distinguish folds from
-            grazing, use an accuracy of 1e-5 or better and an `rtol` of 1e-6.
+            `<axis>_bracket`, the width of the last bracket. Left and right are as seen by someone
+            who walks along the line, with the first axis pointing right and the second up. On a
+            single axis, left is the side of the smaller values. A border is a fold if a multiplier
+            lies within 0.2 of 1: an orbit is then about to lose its stability, although it may in
+            fact end in another way. To distinguish folds from grazing, use an accuracy of 1e-5 or
+            better and an `rtol` of 1e-6.
 
-            Points without a result make no borders. A bisection ends early, with a wide bracket, at
-            a point without a result, and, below a thousandth of the axis, at a point that has not
-            reached its orbit after 128 periods. The attribute `wide_brackets` counts the brackets
-            wider than the accuracy.
+            There are no borders at points without a result. A bisection ends early, with a wide
+            bracket, at a point without a result or, once the bracket is narrower than a thousandth
+            of the axis, at a point that has not reached its orbit after 128 periods. The attribute
+            `wide_brackets` counts the brackets wider than the accuracy.
 
         Raises
         ------

@@ -34,7 +34,9 @@ def expanded(path: str | os.PathLike[str]) -> str:
     try:
         return str(Path(text).expanduser()) if text.startswith("~") else text
     except RuntimeError:
-        raise ValueError(f"has {text.partition('/')[0]}, a home folder that nobody has") from None
+        raise ValueError(
+            f"begins with {text.partition('/')[0]}, but there is no such user"
+        ) from None
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:

@@ -18,7 +18,7 @@ _REFUSED = [
     ("$NIX/out.nc", "$NIX, an environment variable that is not set here"),
     ("${NIX}.nc", "${NIX}, an environment variable that is not set here"),
     ("$EMPTY/out.nc", "$EMPTY, an environment variable that is not set here"),
-    ("~nobody-at-all/out.nc", "~nobody-at-all, a home folder that nobody has"),
+    ("~nobody-at-all/out.nc", "~nobody-at-all, but there is no such user"),
     (r"C:\Users\me\out.nc", "is a Windows path"),
     ("C:/Users/me/out.nc", "is a Windows path"),
     (r"results\out.nc", "is a Windows path"),
@@ -87,5 +87,5 @@ def test_python_takes_the_home_folder(monkeypatch: pytest.MonkeyPatch, tmp_path:
     assert entries() == ["home"]
     with pytest.raises(ValueError, match="is a Windows path"):
         run({"sweep": {"T": [200]}}, output=r"C:\a.nc")
-    with pytest.raises(ConfigError, match="a home folder that nobody has"):
+    with pytest.raises(ConfigError, match="there is no such user"):
         from_mapping({"output": "~nobody-at-all/a.nc"})

@@ -76,7 +76,7 @@ def make_map(name: str, arguments: str, components: Iterable[str], names: Mappin
 
 
 def make_function(name: str, arguments: str, lines: Iterable[str], names: Mapping[str, Any]) -> Any:
-    """Return an inline function of these lines, which may use `names` besides the arguments."""
+    """Return an inline function with these lines, which may use `names` besides the arguments."""
     scope, body = dict(names), "\n    ".join(lines)
     exec(f"def function({arguments}):\n    {body}\n", scope)
     function = scope["function"]

@@ -23,7 +23,7 @@ class ThreadExecutor(Executor):
         pass  # a thread ends with its block
 
     def most_in_flight(self) -> int:
-        """Return one for each slot; handing over takes no time, so blocks can be cut late."""
+        """Return one block for each slot: handing it over takes no time, so none has to wait."""
         return self.slots
 
     def submit(self, task: Task) -> Future[Block]:

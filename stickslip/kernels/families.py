@@ -27,10 +27,11 @@ _HARMONICS = slice(1 + len(HIGHER_COEFFICIENTS), None)
 
 
 class Family(NamedTuple):
-    """Points that share a kernel: they have one rheological index or, with None, any other.
+    """Points that share a kernel.
 
-    `higher` is true if their free energy has higher terms than the paper's; `physics` includes
-    their drive.
+    All have the rheological index `gamma` or, if it is None, any index without a kernel of its own.
+    `higher` is true if their free energy has terms of higher order than the paper's; `physics`
+    includes their drive.
     """
 
     physics: Physics

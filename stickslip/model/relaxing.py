@@ -86,7 +86,7 @@ def _strain_amplitude(p: Parameters, u: float) -> float:
 
 
 def _make_psi_rate(path: Callable[..., float]) -> Any:
-    """Return the rate of ln(phi) [1/s] as function (p, psi, eps); `path` as in `StrainModel`."""
+    """Return the rate of ln(phi) [1/s] as a function (p, psi, eps); `path` as in `StrainModel`."""
 
     @inline
     def psi_rate(p: Parameters, psi: float, eps: float) -> float:

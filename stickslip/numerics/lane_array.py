@@ -1,4 +1,4 @@
-"""Lanes in a flat array (structure of arrays), which has a number of each lane in every slot."""
+"""Lanes in a flat array (structure of arrays); every slot holds one number for each lane."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ class Bisecting:
 
     @property
     def outlook(self) -> str:
-        """The points in flight: next to a motion that never closes they take long."""
+        """The points in flight, which take a long time next to a motion that never closes."""
         return in_flight_text(self.in_flight)
 
 

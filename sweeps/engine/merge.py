@@ -105,7 +105,9 @@ def common_target(sources: list[ExistingPoints], first: Path) -> Target:
             )
         if not found.fits(target):
             lines = "\n  ".join(found.differences(target))
-            raise RefusalError(f"{found.name} was computed otherwise than {first}:\n  {lines}")
+            raise RefusalError(
+                f"{found.name} was not computed in the same way as {first}:\n  {lines}"
+            )
         if found.config.resolved_yaml() != target.config.resolved_yaml():
             raise RefusalError(f"{found.name} is the result of a different config from {first}")
     return target

@@ -84,8 +84,8 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
 def _finish(figure: Figure, look: Look) -> None:
     """Set the limits, letters and title of a picture.
 
-    Raises ValueError for limits that are impossible on a logarithmic scale, that lie beyond the
-    other end, or that nothing in the picture has.
+    Raises ValueError for limits that are impossible on a logarithmic scale, in the wrong order, or
+    without effect on the picture.
     """
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     panels = [look.axes] if look.axes else panels

@@ -86,8 +86,8 @@ def relative_motion(ds: xr.Dataset) -> Figure:
 def pull(ds: xr.Dataset) -> Figure:
     """Velocity of the pull, spring and friction forces, and order parameter against time.
 
-    If there are more slips than a line can show, bands show the whole run, and lines the last slips
-    beside it.
+    If there are too many slips to draw as lines, bands show the whole run, and panels beside them
+    show the last slips as lines.
     """
     slips = ds["melting_time"].values if "melting_time" in ds else np.empty(0)
     slips = slips[slips >= float(ds["elapsed_time"].min())]

@@ -53,7 +53,8 @@ def first_walkers(
 ) -> list[Trial]:
     """Return the first `count` walkers, trials that fit and lie as far apart as possible.
 
-    Walkers in every valley or basin seen in the search are needed, since chance finds none again.
+    Every valley or basin that the search saw needs walkers, since random moves are unlikely to find
+    it again.
     """
     wide = search.model.wide
     far = [seen for seen in search.seen if log_likelihood(fit, seen) > _LEAST]

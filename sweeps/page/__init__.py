@@ -26,7 +26,7 @@ _HEAD = 1 << 12  # bytes of a page that hold it
 
 
 class ReportError(ExpectedError, ValueError):
-    """No page can be made of a result; the message gives the remedy."""
+    """A result cannot be made into a page; the message gives the remedy."""
 
 
 def name_of(ds: xr.Dataset) -> str:

@@ -207,7 +207,7 @@ def _refuse_other_borders(part: xr.Dataset, borders: xr.Dataset) -> None:
 
 
 def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:
-    """Return a warning if the versions of programs may make the orbits differ from the file."""
+    """Return a warning if other versions of programs may give orbits that differ from the file."""
     if not chosen.size:
         return []
     (place,) = places_of(ds, chosen[:1])

@@ -286,10 +286,11 @@ def _settle(
 
 
 def _watching_tolerance(settings: Settings) -> float:
-    """Return the tolerance with which wandering motions are watched.
+    """Return the tolerance to which wandering motions are integrated while they are watched.
 
     Chaos amplifies the errors of the integrator until they affect the statistics, so this is finer
-    than the user's tolerance. Yet statistics are no better than their window.
+    than the user's tolerance. It has a limit, since the length of the window limits the statistics
+    anyway.
     """
     finer = min(max(_WATCHED_PART * settings.rtol, _WATCHED), REFINEMENT * settings.rtol)
     return max(finer, TIGHTEST)

@@ -164,8 +164,8 @@ def _connected(address: str) -> Any:
         except Exception as error:
             if address.startswith("inproc:"):
                 raise AddressError(
-                    f"{address} is the address of a cluster within another process, or of none; "
-                    "one that others reach begins with tcp://"
+                    f"{address} is the address of a cluster inside another process, or of no "
+                    "cluster; an address that other processes can reach begins with tcp://"
                 ) from error
             raise
         await comm.close()
