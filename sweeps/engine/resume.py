@@ -373,7 +373,7 @@ def state_of(output: Path) -> dict[str, Any]:
     `state` is running, stopping, interrupted (its journal can be resumed), partial (a file with
     pending points), complete or absent; the counts are those of `tally`. A part of a sweep adds
     `part` and counts only its own points. A running sweep adds its heartbeat. Raises StorageError
-    and RefusalError if existing files cannot be read.
+    and RefusalError if existing files cannot be read or are of another kind, such as a fit.
     """
     refuse_odd_output(output)
     folder, found = RunFolder(output), {"output": str(output)}
@@ -390,6 +390,10 @@ def state_of(output: Path) -> dict[str, Any]:
         state = "complete" if whole else "interrupted"
     elif output.exists():
         existing = found_in_input(output)
+        if "fitted_value" in existing.foreign:
+            raise RefusalError(
+                f"{output} is the file of a fit, not of a sweep; `stickslip info` describes it"
+            )
         part, statuses = existing.part, contents(output, Chunks(existing.grid.shape)).statuses
         if part:  # a file has this attribute only if exactly the part is finished
             statuses[Status.PENDING] = 0

@@ -83,6 +83,8 @@ def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str
     replayed = command.ok("replay", "fit.nc", "--at", "T=240")
     assert messages.SAME_BITS in replayed.out
     command.ok("plot", "fit.nc", "-o", "again.svg")
+    said = "fit.nc is the file of a fit, not of a sweep; `stickslip info` describes it\n"
+    assert command("status", "fit.nc") == (2, "", said)
     again = command("fit", "d.csv", "--free", "k", "-o", "fit.nc")
     assert again.code == 2
     assert "--overwrite" in again.err
