@@ -160,6 +160,12 @@ def sweep(
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop, parse_duration
 
+    if partial and retry_failed:
+        stop_with(
+            "--partial computes nothing, and --retry-failed computes failed points again: leave "
+            "one of the two out",
+            Exit.USAGE,
+        )
     with usage_errors("--max-runtime: "):
         stop = Stop(None if max_runtime is None else parse_duration(max_runtime))
     chosen = _part(part)

@@ -73,6 +73,7 @@ REFUSALS = [
     ),
     ("sweep a.yaml --max-runtime soon", 2, "--max-runtime: 'soon' is no duration"),
     ("sweep a.yaml --max-runtime 0", 2, "--max-runtime: .* longer than 0"),
+    ("sweep a.yaml --partial --retry-failed", 2, "--partial computes nothing, .*leave one of the"),
     ("sweep a.yaml --part 3/2", 2, "--part: '3/2' is no part"),
     ("merge no.nc -o m.nc", 5, "no.nc does not exist"),
     ("replay no.nc", 5, "no.nc does not exist"),
