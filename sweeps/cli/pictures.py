@@ -67,6 +67,12 @@ def simulate(
     own = [Option(f"simulation.periods={periods}", f"--periods {periods}")] if periods else []
     changes = [*(set_ or []), *own]
     config = checked_config(file, changes)
+    if periods and config.simulation.drive:
+        stop_with(
+            "--periods: simulation.drive pulls the upper block, and a pull has no drive periods; "
+            "leave it out, and give the time in s by --set simulation.duration=...",
+            Exit.USAGE,
+        )
     path = output or trajectory_path(file, changes)
     require_netcdf(path)
     if config.sweep or config.cases:

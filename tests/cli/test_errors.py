@@ -56,6 +56,11 @@ REFUSALS = [
     ("plan a.yaml --workers 5000", 2, "--workers 5000: execution.workers: must be at most"),
     ("sweep a.yaml --set execution.workers=1 --workers 2", 2, "--workers 2: .* first by --set"),
     ("simulate --periods 999999999", 2, "--periods 999999999: simulation.periods: must be at"),
+    (
+        "simulate --set simulation.drive.velocity=2e-6 --set simulation.duration=0.1 --periods 2",
+        2,
+        "--periods: .*leave it out, .*--set simulation.duration=",
+    ),
     ("check a.yaml --set noise.seed=3", 2, "belongs to `treatment: stochastic`"),
     ("check a.yaml --set noise.treatment=none", 2, "could never solidify"),
     *(
