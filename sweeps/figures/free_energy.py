@@ -36,7 +36,11 @@ def free_energy(ds: xr.Dataset) -> Figure:
 
 
 def landscape(ds: xr.Dataset) -> Figure:
-    """The free energy, the equilibria over the strain, and the film under a slow ramp of strain."""
+    """The free energy, the equilibria over the strain, and the film under a slow ramp of strain.
+
+    Raises ValueError if no strain changes the phase of the film.
+    """
+    _refuse_one_phase(ds)
     figure, panels = new_panels(3, 1, (COLUMN, _TALL))
     above, middle, below = panels[:, 0]
     _draw_energies(above, ds, enlarged=False)
@@ -49,6 +53,19 @@ def landscape(ds: xr.Dataset) -> Figure:
     below.set_title("(c) the strain slowly rises and falls", fontsize=TEXT, loc="left")
     figure.align_ylabels()
     return figure
+
+
+def _refuse_one_phase(ds: xr.Dataset) -> None:
+    if float(ds["ramped_strain"].values[-1]) > 0.0:
+        return
+    why = "no strain melts a film with elastic_coefficient = 0: take"
+    if not ds["ramped_order_parameter"].values.any():
+        limit = float(ds["melting_temperature"].values[0])
+        why = f"above {limit:g} K a film is liquid at any strain: add a lower temperature, or take"
+    raise ValueError(
+        f"the figure 'landscape' shows how strain changes the phase, and {why} the figure "
+        "'free_energy'"
+    )
 
 
 # --- the free energy ------------------------------------------------------------------------------

@@ -75,6 +75,26 @@ def test_all_states_lie_within_the_panel_of_the_phases():
         assert strain < top
 
 
+@pytest.mark.parametrize(
+    ("parameters", "temperatures", "said"),
+    [
+        ({}, [300.0, 310.0], "above 298.189 K a film is liquid at any strain"),
+        (
+            {"elastic_coefficient": 0.0},
+            [250.0, 310.0],
+            "no strain melts a film with elastic_coefficient = 0",
+        ),
+    ],
+)
+def test_a_landscape_that_no_strain_changes_is_refused(
+    parameters: dict[str, float], temperatures: list[float], said: str
+) -> None:
+    ds = phase_diagram(Parameters(**parameters), temperatures=temperatures)
+    with pytest.raises(ValueError, match=said):
+        draw(ds, "landscape")
+    assert len(panels(draw(ds, "free_energy"))) == 2
+
+
 def test_many_temperatures_have_a_colour_each():
     figure = draw(phase_diagram(temperatures=np.linspace(150.0, 320.0, 12)))
     colours = {line.get_color() for line in panels(figure)[0].get_legend().get_lines()}
