@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.paths import path_of
 
@@ -66,14 +65,16 @@ class StickslipAccessor:
     def ok(self) -> xr.Dataset:
         """Return the Dataset with NaN in all result variables of failed and pending points.
 
-        Counts and flags become floats, since integers have no NaN.
+        Counts and flags become floats, since integers have no NaN. Raises ValueError for a Dataset
+        without a status.
 
         >>> ds = run({"sweep": {"T": [200, 250]}})
         >>> ds.stickslip.ok().melting_count.values
         array([4., 2.])
         """
-        results = [status for status in Status if status.is_result]
-        valid = self._ds["status"].isin(results)
+        from sweeps.charts.missing import with_result
+
+        valid = with_result(self._ds)
         masked = {n: self._ds[n].where(valid) for n in RESULT_COLUMNS if n in self._ds.data_vars}
         return self._ds.assign(masked)
 
@@ -82,7 +83,8 @@ class StickslipAccessor:
 
         Only cases with a result count; their number is in `cases_with_result`. The default levels
         give the median and the intervals that hold 68 % and 95 % of the cases. A plot of the
-        returned Dataset has bands. Raises ValueError for a result without cases.
+        returned Dataset has bands. Raises ValueError for a result without cases, and for an empty
+        selection.
 
         >>> sample = {"sobol": 8, "k": {"lognormal": [5e4, 0.1]}}
         >>> ds = run({"sweep": {"T": [200, 250]}, "sample": sample})

@@ -24,7 +24,7 @@ from stickslip.status import Status
 from stickslip.tables import value_table
 from stickslip.trajectory import REALIZATION
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPIC
-from sweeps.charts.choice import places_at, text_of, with_numbers
+from sweeps.charts.choice import places_at, refuse_empty, text_of, with_numbers
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Execution
 from sweeps.config.yaml_reader import read_mapping
@@ -279,6 +279,7 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
         raise PointError("this is no result of a sweep: it lacks a config, or a status")
     texts = [*at, *(f"{name}={text_of(value)}" for name, value in where.items())]
     try:
+        refuse_empty(ds)
         place = places_at(ds, texts)
     except ValueError as error:
         raise PointError(str(error)) from None

@@ -76,6 +76,31 @@ def test_failed_points_are_masked(ds: xr.Dataset) -> None:
     assert masked.attrs == failed.attrs
 
 
+def test_an_empty_selection_is_refused_for_what_it_is(ds: xr.Dataset) -> None:
+    nothing, said = ds.isel(temperature=[]), "this selection has no points along temperature"
+    with pytest.raises(ValueError, match=said):
+        nothing.stickslip.plot()
+    with pytest.raises(ValueError, match=said):
+        nothing.stickslip.plot("regime", x="K")
+    with pytest.raises(ValueError, match=said):
+        nothing.stickslip.map("regime", x="T", y="K")
+    with pytest.raises(ValueError, match=said):
+        nothing.stickslip.at(T=250, K=500)
+    with pytest.raises(ValueError, match=said):
+        nothing.stickslip.boundaries()
+    with pytest.raises(ValueError, match="no points along elapsed_time"):
+        simulate(periods=1).isel(elapsed_time=[]).stickslip.plot("F")
+    assert nothing.stickslip.ok().sizes["temperature"] == 0
+
+
+def test_masks_and_quantiles_need_a_status(ds: xr.Dataset) -> None:
+    bare = ds.drop_vars("status")
+    with pytest.raises(ValueError, match="no result of a sweep: it lacks a status"):
+        bare.stickslip.ok()
+    with pytest.raises(ValueError, match="no result of a sweep: it lacks a status"):
+        bare.rename(temperature="case").stickslip.quantiles()
+
+
 def test_pictures(ds: xr.Dataset) -> None:
     curves = ds.stickslip.plot("friction_force_amplitude", x="T", at={"K": 500})
     assert len(curves.axes[0].lines) >= 1

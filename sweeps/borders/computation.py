@@ -25,6 +25,7 @@ from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.borders.crossings import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
 from sweeps.charts.axes import is_geometric
+from sweeps.charts.choice import refuse_empty
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
 from sweeps.engine.progress import in_flight_text
@@ -200,6 +201,10 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
     if "config" not in ds.attrs or (lacking := [n for n in NEEDED if n not in ds.variables]):
         what = f"lacks {', '.join(lacking)}" if "config" in ds.attrs else "has no config"
         raise BoundaryError(f"this is no result of a sweep: it {what}")
+    try:
+        refuse_empty(ds)
+    except ValueError as error:
+        raise BoundaryError(str(error)) from None
     ds = curve_or_map(ds)
     names = _axes_of(ds)
     ds = ds.squeeze().sortby(list(names)).transpose(*names)

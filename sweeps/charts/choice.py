@@ -124,6 +124,7 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
 
     `temperature=180,220,300` keeps several points of an axis, so the axis stays.
     """
+    refuse_empty(ds)
     ds = with_numbers(ds)
     texts: list[str] = []
     some: dict[str, list[int]] = {}
@@ -199,6 +200,14 @@ def with_numbers(ds: xr.Dataset) -> xr.Dataset:
     """Number the points of dimensions without a coordinate, such as a stack of results."""
     bare = {dim: np.arange(n) for dim, n in ds.sizes.items() if dim not in ds.coords}
     return ds.assign_coords(bare) if bare else ds
+
+
+def refuse_empty(ds: xr.Dataset) -> None:
+    """Raise ValueError for a selection without any point, such as `ds.isel(temperature=[])`."""
+    # A pull may have no meltings.
+    sizes = (ds["elapsed_time"] if "elapsed_time" in ds.variables else ds).sizes
+    if empty := [str(dim) for dim, size in sizes.items() if size == 0]:
+        raise ValueError(f"this selection has no points along {', '.join(empty)}")
 
 
 def slice_in_the_middle(ds: xr.Dataset, dims: Iterable[str]) -> tuple[xr.Dataset, str]:

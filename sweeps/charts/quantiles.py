@@ -11,10 +11,10 @@ import xarray as xr
 
 from stickslip.status import Status
 from sweeps.charts.axes import MANY, is_scattered
-from sweeps.charts.choice import ROLES, Choice, axis_named
+from sweeps.charts.choice import ROLES, Choice, axis_named, refuse_empty
 from sweeps.charts.colours import is_discrete
 from sweeps.charts.labels import Array, parameters_along, shown
-from sweeps.charts.missing import RESULT_STATUSES, trusted
+from sweeps.charts.missing import trusted, with_result
 from sweeps.grid import CASE, QUANTILE
 from sweeps.human import counted
 
@@ -29,14 +29,15 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
     """Return the quantiles of all measured variables over the cases that have a result.
 
     `cases_with_result` counts these cases; if there are none, the quantiles are NaN. Raises
-    ValueError for a result without cases, and for levels outside [0, 1].
+    ValueError for a result without cases, points or statuses, and for levels outside [0, 1].
     """
+    refuse_empty(ds)
     if ds.sizes.get(CASE, 1) == 1:
         raise ValueError("quantiles are taken over the cases of a sample, and this result has none")
     at = np.unique(np.asarray(_LEVELS if levels is None else levels, dtype=float))
     if not at.size or not (at[0] >= 0.0 and at[-1] <= 1.0):
         raise ValueError(f"levels of quantiles lie between 0 and 1, unlike {at.tolist()}")
-    with_result = ds["status"].isin(RESULT_STATUSES)
+    there = with_result(ds)
     found = {}
     for name, variable in ds.data_vars.items():
         if variable.dtype.kind != "f" or CASE not in variable.dims:
@@ -44,7 +45,7 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # of points without any value
             found[name] = trusted(ds, str(name)).quantile(at, dim=CASE, keep_attrs=True)
-    count = with_result.sum(CASE).astype(np.int32)
+    count = there.sum(CASE).astype(np.int32)
     count.attrs = {"long_name": "number of cases with a result", "units": "1"}
     first = ds["status"].isel({CASE: 0}, drop=True)
     status = first.where(count == 0, Status.OK).astype(first.dtype)

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm
 from matplotlib.figure import Figure
 
-from sweeps.charts.choice import data_of, default_figure, obstacle, slice_at
+from sweeps.charts.choice import data_of, default_figure, obstacle, refuse_empty, slice_at
 from sweeps.charts.labels import changed_parameters
 from sweeps.figure_table import FIGURES
 from sweeps.figures.amplitudes import draw_results
@@ -36,7 +36,8 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
     the style and, instead of a figure by name, may choose variables and axes of a sweep or
     variables of a trajectory.
 
-    Raises ValueError for an unknown name, and if the dataset lacks the data of the figure.
+    Raises ValueError for an unknown name, and if the dataset is empty or lacks the data of the
+    figure.
     """
     options = options or PlotOptions()
     look = options.look
@@ -49,6 +50,7 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
             name = figure or default_figure(ds)
             if refused := obstacle(ds, name):
                 raise ValueError(refused)
+            refuse_empty(ds)
             module, _, function = FIGURES[name].function.rpartition(".")
             picture = getattr(importlib.import_module(f"{__name__}.{module}"), function)(ds)
         if picture.axes:  # the table of a single point has all parameters, and no axes

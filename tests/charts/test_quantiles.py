@@ -60,6 +60,9 @@ def test_a_variable_without_quantiles_is_refused_for_what_it_is():
         (sweep(temperature=[200.0, 250.0]), None, "this result has none"),
         (over_temperatures(4), [0.5, 95.0], r"lie between 0 and 1, unlike \[0.5, 95.0\]"),
         (over_temperatures(4), [], "lie between 0 and 1"),
+        (over_temperatures(4).isel(case=[]), None, "has no points along case"),
+        (over_temperatures(4).isel(temperature=[]), None, "has no points along temperature"),
+        (over_temperatures(4).drop_vars("status"), None, "it lacks a status"),
     ],
 )
 def test_impossible_quantiles_are_refused(ds, levels, said):
