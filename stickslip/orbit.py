@@ -76,15 +76,17 @@ def _comparable(values: tuple[Any, ...]) -> tuple[Any, ...]:
     )
 
 
-def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
+def prepared_points(points: np.ndarray, noise: str, *, consecutive: bool = False) -> np.ndarray:
     """Return parameters (n, parameters) as kernels take them under a noise treatment.
 
-    Raises NoiseError if a film starts at phi = 0 and could never solidify.
+    Raises NoiseError if a film starts at phi = 0 and could never solidify. Only the first of
+    `consecutive` points, the sections of a run, starts at phi_0.
     """
     points = np.array(np.atleast_2d(points), dtype=float)
     if noise == "none":
         points[:, _NOISE] = 0.0
-    if np.any((points[:, _NOISE] == 0.0) & (points[:, _PHI_0] == 0.0)):
+    started = points[:1] if consecutive else points
+    if np.any((started[:, _NOISE] == 0.0) & (started[:, _PHI_0] == 0.0)):
         raise NoiseError
     return points
 

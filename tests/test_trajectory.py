@@ -241,6 +241,16 @@ def test_a_film_that_could_never_solidify_is_an_error() -> None:
     assert float(ds.order_parameter.min()) < 1e-30  # melted, and unable to solidify
 
 
+def test_noise_may_end_along_a_run_but_not_begin() -> None:
+    solid, shorter = Parameters(temperature=200.0), {"periods": 1, "samples_per_period": 50}
+    ds = simulate(solid, schedule={"noise_intensity": [1e-18, 0.0]}, **shorter)
+    first = simulate(solid, **shorter)
+    np.testing.assert_array_equal(ds.order_parameter[:51], first.order_parameter)
+    assert float(ds.order_parameter[51]) > 0.5  # solid as before, though phi_0 = 0
+    with pytest.raises(NoiseError):
+        simulate(solid, schedule={"noise_intensity": [0.0, 1e-18]}, **shorter)
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
