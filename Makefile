@@ -34,7 +34,7 @@ demo: $(VENV)/.core
 
 extras: $(VENV)/.created
 	$(call INSTALLING,what report explore fit .parquet and clusters need)
-	$(PIP) --editable ".[report,explore,table,posterior,dask]"
+	$(PIP) --editable ".[report,explore,table,fit,posterior,dask]"
 	@touch $(VENV)/.core
 
 test: $(VENV)/.dev

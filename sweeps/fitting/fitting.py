@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.accessors import register_accessors
 from stickslip.dispatch.workers import Workers
+from stickslip.variables import PARAMETERS
 from sweeps.config.checks import warnings_of_columns
 from sweeps.config.load import Config
 from sweeps.engine.executors import workers_of
@@ -22,7 +23,7 @@ from sweeps.exits import ExpectedError
 from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import Search, population_of
 from sweeps.fitting.parameters import Free, free_parameters, priors_of
-from sweeps.fitting.posterior import posterior_of
+from sweeps.fitting.posterior import ALIKE, Posterior, posterior_of
 from sweeps.fitting.sampling import drawn
 from sweeps.fitting.statistics import (
     Determination,
@@ -46,6 +47,11 @@ if TYPE_CHECKING:
 _AGAIN, _BETTER = 3, 1e-4
 
 
+# The extras of the same names.
+_FOR_A_FIT = "'uncertainties>=3.2'"
+_FOR_A_POSTERIOR = "'emcee>=3.1' 'corner>=2.2'"
+
+
 class FitError(ExpectedError, ValueError):
     """A fit that is impossible; the message says why, and what would help.
 
@@ -56,14 +62,31 @@ class FitError(ExpectedError, ValueError):
 
 
 class _Progress:
-    """The progress of a fit as the number of trials so far, of an unknown total."""
+    """The progress of a fit as the number of trials so far, of an unknown total.
+
+    The outlook is the best fit, once it is known, and how far a posterior is.
+    """
 
     goal: ClassVar[None] = None
-    outlook: ClassVar[str] = ""
 
     def __init__(self, search: Search) -> None:
         self._search = search
         self._begun = time.monotonic()
+        self.outlook = self._best = ""
+
+    def found(self, best: Fit) -> None:
+        """Show the best fit while the posterior is sampled."""
+        values = zip(self._search.model.free, best.trial.u, strict=True)
+        named = (f"{PARAMETERS[free.name].symbol} = {free.value(u):.4g}" for free, u in values)
+        self._best = f"best fit {', '.join(named)}"
+        self.outlook = f"{self._best}; sampling the posterior"
+
+    def sampled(self, posterior: Posterior) -> None:
+        """Show how far the posterior is."""
+        self.outlook = (
+            f"{self._best}; posterior: {posterior.steps} of some {posterior.likely_steps} steps, "
+            f"R-hat {posterior.agreement:.2f} (settles below {ALIKE})"
+        )
 
     @property
     def done(self) -> int:
@@ -192,9 +215,9 @@ def fit_measured(
 
     See `fit`.
     """
-    _require("uncertainties", "a fit", "fit")
+    _require("uncertainties", "a fit", _FOR_A_FIT)
     if priors is not None:
-        _require("emcee", "a posterior", "posterior")
+        _require("emcee", "a posterior", _FOR_A_POSTERIOR)
     from sweeps.fitting.output import fit_dataset
 
     with workers_of(config.execution, workers) as able:
@@ -202,10 +225,14 @@ def fit_measured(
         if profile:
             _refuse_profile(search.model)
         prior = None if priors is None else priors_of(priors, search.model.free)
-        with display_of(_Progress(search), wanted=progress):
+        shown = _Progress(search)
+        with display_of(shown, wanted=progress):
             found, known = best_of(search)
+            shown.found(found)
             intervals = profile_intervals(search, found, known) if profile else None
-            draws = None if prior is None else posterior_of(search, found, known, prior)
+            draws = None
+            if prior is not None:
+                draws = posterior_of(search, found, known, prior, shown.sampled)
         result = fit_dataset(found, known, config, intervals, draws, search.computed)
     register_accessors()
     return result
@@ -218,7 +245,7 @@ def summary_of(ds: xr.Dataset) -> str:
     """
     if "parameter_value" not in ds:
         raise FitError("this is no fit; make one with `stickslip fit` or `sweeps.fit`")
-    _require("uncertainties", "a fit", "fit")
+    _require("uncertainties", "a fit", _FOR_A_FIT)
     from sweeps.fitting.output import table_of
 
     return "\n".join(table_of(ds))
@@ -289,8 +316,6 @@ def _refuse_profile(model: Model) -> None:
         raise FitError("a profile needs more data than free parameters")
 
 
-def _require(package: str, what: str, extra: str) -> None:
+def _require(package: str, what: str, needed: str) -> None:
     if importlib.util.find_spec(package) is None:
-        raise FitError(
-            f"{what} needs {package}, which is not installed: pip install 'stickslip[{extra}]'"
-        )
+        raise FitError(f"{what} needs {package}, which is not installed; try: pip install {needed}")

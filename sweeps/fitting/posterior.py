@@ -29,11 +29,12 @@ WALKERS = 128
 MOST_STEPS = 3000
 LONG = 40.0
 """The steps with draws must last this many autocorrelation times."""
+ALIKE = 1.1
+"""Walkers agree with each other if R-hat is below this."""
 
 _CHECKED = 50  # steps between checks of the convergence
 _FORGOTTEN = 1 / 3  # fraction of the steps before the walkers reach the probable places
 _WINDOW = 5.0  # autocorrelation times over which correlations are summed
-_ALIKE = 1.1  # walkers agree with each other if R-hat is below this
 _RARE = 0.02  # fraction of the draws that a basin must have to count in R-hat
 _SHORTENED, _SNOOKER = 0.7, 0.2  # fractions of the moves
 WHOLE = 0.1
@@ -75,6 +76,12 @@ class Posterior(NamedTuple):
         walkers, kept = self.places.shape[0], self.steps * (1.0 - _FORGOTTEN)
         return float(walkers * kept / np.max(self.correlated))
 
+    @property
+    def likely_steps(self) -> int:
+        """The number of steps that the autocorrelation times of the parameters so far demand."""
+        wanted = LONG * float(np.max(self.correlated)) / (1.0 - _FORGOTTEN)
+        return _CHECKED * math.ceil(min(wanted, MOST_STEPS) / _CHECKED)
+
 
 class _Target:
     """The probability of places, as a function for emcee, which counts trials."""
@@ -106,9 +113,15 @@ class _Target:
 
 
 def posterior_of(
-    search: Search, fit: Fit, known: Statistics, priors: Mapping[str, Distribution]
+    search: Search,
+    fit: Fit,
+    known: Statistics,
+    priors: Mapping[str, Distribution],
+    show: Callable[[Posterior], None] = lambda _: None,
 ) -> Posterior:
     """Return draws of the free parameters, as often as probable, from all basins seen in a search.
+
+    `show` gets what is there after each check of the convergence.
 
     Raises PosteriorError if the fit is exact, so that errors are unknown, or if the fit or too many
     trials lack a value.
@@ -148,6 +161,7 @@ def posterior_of(
     while True:
         state = sampler.run_mcmc(state, _CHECKED, skip_initial_state_check=True)
         found = _posterior(sampler, target, _in_words(fit, priors))
+        show(found)
         if found.lost > LARGEST_LOST and sampler.iteration > _CHECKED:
             raise PosteriorError(
                 f"{found.lost:.1%} of the trials lack a value that could make them probable (the "
@@ -198,7 +212,7 @@ def _posterior(sampler: Any, target: _Target, priors: str) -> Posterior:
         thinning,
         correlated,
         agreement,
-        bool(steps >= LONG * longest and agreement < _ALIKE),
+        bool(steps >= LONG * longest and agreement < ALIKE),
         target.lost / max(target.computed, 1),
         priors,
     )

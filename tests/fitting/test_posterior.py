@@ -68,7 +68,11 @@ class Hills:
         return Trial(u, fitted, residuals, results)
 
 
-def drawn_from(model: Hills, priors: dict[str, Distribution] | None = None) -> posterior.Posterior:
+def drawn_from(
+    model: Hills,
+    priors: dict[str, Distribution] | None = None,
+    show: Callable[[posterior.Posterior], None] = lambda _: None,
+) -> posterior.Posterior:
     """Return the posterior of a model with its minimum at 0, from walkers around it."""
     search = Search(cast("Any", model))
     fit = Fit(cast("Any", model), model.trial(np.zeros(2)), np.eye(2), np.zeros(2, dtype=bool))
@@ -76,7 +80,16 @@ def drawn_from(model: Hills, priors: dict[str, Distribution] | None = None) -> p
         np.ones(2), np.eye(2), np.zeros(2, dtype=np.int8), np.zeros((2, 2)), fit.at_jump
     )
     search.seen = [model.trial(u) for u in np.random.default_rng(0).uniform(-30, 30, (400, 2))]
-    return posterior_of(search, fit, known, priors or {})
+    return posterior_of(search, fit, known, priors or {}, show)
+
+
+def test_the_walkers_show_how_far_they_are() -> None:
+    shown: list[posterior.Posterior] = []
+    found = drawn_from(Hills(plane), show=shown.append)
+    steps = [each.steps for each in shown]
+    assert steps == list(range(50, found.steps + 1, 50))
+    assert shown[-1] is found
+    assert 0.7 * found.steps < found.likely_steps <= found.steps
 
 
 def plane(u: Floats) -> float:
