@@ -500,7 +500,7 @@ def test_without_uncertainties_the_message_names_the_package(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(ExpectedError, match="try: pip install 'uncertainties>=3.2'"):
+    with pytest.raises(ExpectedError, match=r"try: pip install 'uncertainties>=3.2'"):
         sweeps.fit({"T": [200.0], "F_max": [3e-3]}, "k")
 
 
