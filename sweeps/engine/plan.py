@@ -22,8 +22,9 @@ from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.refine import refinement_of
 from sweeps.engine.resume import intention
 from sweeps.engine.settings import options_of
+from sweeps.files.attributes import global_attributes
 from sweeps.files.journal import BYTES_PER_POINT
-from sweeps.files.sweep_file import RESULT_BYTES, RESULT_BYTES_PER_POINT
+from sweeps.files.sweep_file import most_bytes
 from sweeps.grid import Grid
 
 _FEW = 16  # points per block of the first pilot
@@ -83,7 +84,7 @@ def plan(
         there=points - left,
         blocks=blocks,
         journal_bytes=left * BYTES_PER_POINT,
-        result_bytes=RESULT_BYTES + len(done) * RESULT_BYTES_PER_POINT,
+        result_bytes=most_bytes(target.grid, target.chunks, global_attributes(config)),
         seconds=costs.estimate(left, slots),
         least_seconds=costs.estimate(int(np.count_nonzero(needed & ~done)), slots),
         uncertainty=costs.uncertainty,

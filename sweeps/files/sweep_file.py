@@ -26,9 +26,11 @@ from sweeps.grid import CASE, DIRECTION, Grid
 # Level 1 takes half the time of level 4; files are a few percent larger: mantissas are noise.
 _COMPRESSION: Mapping[str, Any] = {"compression": "zlib", "complevel": 1, "shuffle": True}
 
-# Bytes per point: 8 for each float and 4 for each count, less the gain of compression.
-RESULT_BYTES_PER_POINT = 90
-RESULT_BYTES = 1 << 17  # for its structure and the files beside it
+# Bytes per point: 8 for each float and 4 for each count, less the gain of compression. Points of a
+# random sample take this, and those of a smooth map down to 95.
+RESULT_BYTES_PER_POINT = 132
+RESULT_BYTES = 1 << 18  # for its structure and the files beside it
+_SEAL = 1 << 11  # for the seal, and what a sweep adds to the attributes
 
 # If the disk fails while the HDF5 library has a file open, the library crashes the process, so
 # files up to this size are made and read in memory: in this folder, on systems that have it.
@@ -95,6 +97,21 @@ def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], tempo
                 _define(file, grid, chunks, attributes)
         finally:
             remove(temporary)
+
+
+def most_bytes(grid: Grid, chunks: Chunks, attributes: Mapping[str, str]) -> int:
+    """Return the size that a result file hardly exceeds; nothing is left on the disk.
+
+    Its structure, which depends on the axes and on the length of the config, is written to see.
+    """
+    nothing = np.full((1, len(RESULT_COLUMNS)), np.nan)
+    with tempfile.TemporaryDirectory(dir=_MEMORY if os.access(_MEMORY, os.W_OK) else None) as place:
+        path = Path(place) / "structure.nc"
+        with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+            _define(file, grid, chunks, attributes)
+            for column, name in enumerate(RESULT_COLUMNS):  # the first chunk begins an index
+                file[name][(0,) * len(grid.dims)] = result_values(name, nothing[:, column])[0]
+        return path.stat().st_size + _SEAL + grid.size * RESULT_BYTES_PER_POINT
 
 
 @contextmanager
