@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.variables import PARAMETERS, RESULTS, canonical_name, canonical_result
+from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, canonical_name, canonical_result
 from sweeps.charts.labels import parameters_along, slice_label
 from sweeps.config.numbers import number
 from sweeps.figure_table import AMPLITUDES, FIGURES, Data
@@ -80,7 +80,8 @@ def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
     if name not in RESULTS:
         symbols = (variable.symbol for variable in RESULTS.values())
         names = [*own, *RESULTS]
-        hint = did_you_mean(name, [*symbols, *names]) or f"; there are {', '.join(names)}"
+        hint = did_you_mean(_amplitude_of(name) or name, [*symbols, *names])
+        hint = hint or f"; there are {', '.join(names)}"
         raise ValueError(f"unknown variable '{name}'{hint}")
     if name not in ds.variables:
         if QUANTILE in ds.dims:
@@ -90,6 +91,15 @@ def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
             f"this file lacks {name}: it was written by an older version; sweep it again"
         )
     return name
+
+
+def _amplitude_of(name: str) -> str:
+    """Return the symbol of the amplitude of a quantity, such as F_max for F; empty if none."""
+    for quantity, variable in TRAJECTORY.items():
+        amplitude = RESULTS.get(f"{quantity}_amplitude")
+        if amplitude and name in (quantity, variable.symbol):
+            return amplitude.symbol
+    return ""
 
 
 def named_roles(ds: xr.Dataset, choice: Choice) -> dict[str, str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from stickslip.variables import canonical_name, canonical_result
 from sweeps.citations import bibtex
 
 ROOT = Path(__file__).parents[2]
@@ -31,6 +32,14 @@ def test_the_calls_in_short_run_as_one_script(tmp_path: Path) -> None:
     (tmp_path / "configs").symlink_to(ROOT / "configs")
     assert len(run(block, tmp_path).splitlines()) == 1
     assert made_in(tmp_path) == {"mine.nc", "courses.png", "forces.pdf", "portrait.png"}
+
+
+def test_the_program_takes_the_symbols_of_the_table() -> None:
+    rows = re.findall(r"^\| ([^|]+) \| (`[^|]+`) \|", README, re.MULTILINE)
+    assert len(rows) > 5
+    for symbols, names in rows:
+        known = [canonical_name(each) or canonical_result(each) for each in symbols.split(", ")]
+        assert known == names.replace("`", "").split(", ")
 
 
 def test_the_bibtex_of_the_readme_is_what_the_command_prints() -> None:

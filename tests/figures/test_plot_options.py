@@ -193,6 +193,8 @@ def test_a_linked_parameter_can_be_the_axis():
     ("options", "words"),
     [
         ({"variable": "regme"}, r"unknown variable 'regme' \(did you mean 'regime'\?\)"),
+        ({"variable": "F"}, r"unknown variable 'F' \(did you mean 'F_max'\?\)"),
+        ({"variable": "sigma"}, r"unknown variable 'sigma' \(did you mean 'sigma_el,max'\?\)"),
         ({"variable": "regime"}, "this file lacks regime"),
         ({"x": "temprature"}, r"unknown axis 'temprature' \(did you mean 'temperature'\?\)"),
         ({"x": "M"}, r"block_mass is 0.4 in all of this file; its axes are temperature \(T\)"),
