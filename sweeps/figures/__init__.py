@@ -70,6 +70,11 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
         courses = draw_variables(chosen, options.variables)
         put_note(courses, [at])
         return courses
+    if data == "fit" and options.data is not None:
+        raise ValueError(
+            "the picture of a fit shows its own data; leave out other data "
+            "(`stickslip plot FILE --figure fit` draws it)"
+        )
     if data != "sweep":
         names = ", ".join(f"'{name}'" for name in FIGURES if not obstacle(ds, name))
         here = "a variable or a figure" if data == "trajectory" else "a figure"

@@ -243,6 +243,11 @@ def test_variables_of_a_trajectory_choose_panels_of_its_courses():
     [
         (trajectory(), {"x": "T"}, "holds a trajectory, .* a variable or a figure.*: 'time_cour"),
         (fitted(), {"variable": "F_max"}, "holds a fit, .* choose a figure by name: 'fit'"),
+        (
+            fitted(),
+            {"data": read_data({"T": [200.0], "F_max": [3e-3]})},
+            "of a fit shows its own data; leave out other data .`stickslip plot FILE --figure fit`",
+        ),
     ],
 )
 def test_only_a_sweep_has_axes_to_choose(ds, options, words):
