@@ -128,6 +128,16 @@ def shown_number(name: str, value: float) -> Quantity:
     return shown(xr.DataArray(value, name=name, attrs={"units": VARIABLES[name].units}))
 
 
+def with_error(value: float, error: float, *, mathtext: bool = False) -> str:
+    """Return a value and its error, to two digits of the error: `-0.550±0.012`.
+
+    It needs the package uncertainties, of which the rest of this module is free.
+    """
+    from uncertainties import ufloat
+
+    return f"{ufloat(value, error):.2u{'L' if mathtext else 'P'}}"
+
+
 def _unit_of_k(data: xr.DataArray) -> str:
     """Return the unit Pa s^(gamma+1) of k, Eq. 7; its power is a number if gamma is the same."""
     gamma = data.coords.get("rheological_index")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from sweeps.charts.labels import (
     legend_label,
     shown,
     shown_number,
+    with_error,
 )
 from sweeps.charts.missing import missing_notes, missing_points
 from sweeps.figures.panels import Panel, facet_panels, label_axes
@@ -222,6 +223,7 @@ def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line
 
 # --- measured points over the curves of a sweep ---------------------------------------------------
 
+_THIN = 0.8  # points: edges and error bars
 _SAME = 0.01  # relative: so near, a measurement has the parameter of a panel or curve
 
 
@@ -259,19 +261,21 @@ def _draw_points(
 ) -> None:
     x = [shown_number(across, value).values for value in data.parameters[across][data.row[on]]]
     measured, error = _measured(panel, data, on)
-    panel.axes.errorbar(
-        x,
-        measured,
-        None if data.relative else error,
-        color=BLACK,  # edges and bars stand out from a curve of any colour, in grey as well
-        linestyle="none",
-        marker="o",
-        markersize=4.0,
-        markerfacecolor=colour,
-        markeredgewidth=0.8,
-        elinewidth=0.8,
-        zorder=4,
-    )
+    style = _style_of_data(colour)
+    panel.axes.errorbar(x, measured, None if data.relative else error, elinewidth=_THIN, **style)
+
+
+def _style_of_data(colour: str) -> dict[str, Any]:
+    """Return the markers of measured values: circles of a colour, such as that of their curve."""
+    return {
+        "color": BLACK,  # edges and bars stand out from a curve of any colour, in grey as well
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 4.0,
+        "markerfacecolor": colour,
+        "markeredgewidth": _THIN,
+        "zorder": 4,
+    }
 
 
 def _measured(panel: Panel, data: Measurements, on: np.ndarray) -> tuple[Array, Array]:
@@ -313,7 +317,7 @@ def fit(ds: xr.Dataset) -> Figure:
 
     They lie over the swept parameter, with a curve for each value of another parameter. Data that
     form no curve lie over their numbers, with the fitted values as crosses. Data next to a jump are
-    hollow.
+    squares.
     """
     names = list(dict.fromkeys(map(str, ds.datum_variable.values)))
     sweep = ds.drop_dims([str(dim) for dim in ds.sizes if dim not in ds["status"].dims])
@@ -338,11 +342,12 @@ def fit(ds: xr.Dataset) -> Figure:
         above.set_ylabel(shown_number(name, 0.0).label)
         if axis and axis.geometric:
             make_logarithmic(below, ["x"])
-    panels[1, 0].set_ylabel("residual\n(standard errors)")
+    panels[1, 0].set_ylabel("residual")
     figure.align_labels()
     if layout.hue:
         put_legend(figure, _legend(sweep, layout))
-    put_note(figure, [_fitted(ds)])
+    at_jump = "Squares are next to a jump." if (ds.datum_at_jump == 1).any() else ""
+    put_note(figure, [_fitted(ds), f"Residuals are in standard errors. {at_jump}".rstrip()])
     return figure
 
 
@@ -371,34 +376,39 @@ def _draw_data(
         shown(xr.DataArray(data[name].values, dims=_DATUM, attrs=units)).values
         for name in ("measured_value", "measured_error", "fitted_value")
     )
-    look: dict[str, Any] = {"color": style.colour, "linestyle": "none", "markersize": 3.5}
+    look = _style_of_data("white" if style == SINGLE else style.colour)
     at_jump = data.datum_at_jump.values == 1
-    for hollow, fill in ((False, style.colour), (True, "white")):
-        own = at_jump == hollow
+    for jumping, marker in ((False, "o"), (True, "s")):
+        own = at_jump == jumping
         if not own.any():
             continue
-        dots: dict[str, Any] = {"marker": "o", "markerfacecolor": fill, "zorder": 4}
-        above.errorbar(x[own], measured[own], error[own], elinewidth=0.8, **look, **dots)
-        below.plot(x[own], data.residual.values[own], **look, **dots)
+        marks = look | {"marker": marker}
+        above.errorbar(x[own], measured[own], error[own], elinewidth=_THIN, **marks)
+        below.plot(x[own], data.residual.values[own], **marks)
     if crosses:
         above.plot(x, fitted, **(look | {"marker": "x", "zorder": 5}))
 
 
 def _fitted(ds: xr.Dataset) -> str:
-    """Return the fitted values as a sentence, each rounded to the digits that its error allows."""
+    """Return the fitted values as a sentence, rounded as in the printed summary.
+
+    It is empty without the package uncertainties, which fitting needs and drawing does not.
+    """
+    if find_spec("uncertainties") is None:
+        return ""
     words = []
     for name in map(str, ds.free_parameter.values):
         own = ds.sel(free_parameter=name)
-        value, error = float(own.parameter_value), float(f"{own.parameter_standard_error:.2g}")
-        if np.isfinite(error) and error > 0:
-            digits = 1 - math.floor(math.log10(error))  # two of the error
-            equation = shown_number(name, round(value, digits)).equation
-            number, space, units = equation.partition("$ ")
-            words.append(
-                f"{number.rstrip('$')}$ ± {shown_number(name, error).number}{space[1:]}{units}"
-            )
+        fitted, error = (
+            shown_number(name, float(own[f"parameter_{what}"]))
+            for what in ("value", "standard_error")
+        )
+        if np.isfinite(error.values) and error.values > 0:
+            rounded = with_error(float(fitted.values), float(error.values), mathtext=True)
+            equation = f"${fitted.symbol.strip('$')} = {rounded}$"
+            words.append(f"{equation} {fitted.units}".rstrip())
         else:
-            words.append(f"{shown_number(name, value).equation} (error unknown)")
+            words.append(f"{fitted.equation} (error unknown)")
     reduced = float(ds.attrs["reduced_chi2"])
     scatter = f"$\\chi^2$/dof {reduced:.3g}"
     if str(ds.attrs.get("measurement_errors")).startswith("none"):

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from uncertainties import ufloat
 
 from stickslip.datasets import result_attributes, result_values
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
+from sweeps.charts.labels import with_error
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.run import run_in_memory
 from sweeps.fitting.least_squares import Fit
@@ -301,7 +301,7 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
         line = f"{name}: {value:.7g}{units}"
         if code is not Determination.AT_BOUND and np.isfinite([low, high]).all():
             # The error limits the digits; the file has all.
-            line = f"{name}: {ufloat(value, error):.2uP}{units}"
+            line = f"{name}: {with_error(value, error)}{units}"
             line += f", {100 * LEVEL:g} %: {_interval(low, high)}"
         if "parameter_profile_lower" in own:
             line += f", by the profile: {_interval(*_ends(own, 'profile'))}"

@@ -13,6 +13,7 @@ from support.pictures import (
     TEMPERATURES,
     curves,
     described,
+    drawn,
     fitted,
     legend_of,
     panels,
@@ -24,8 +25,9 @@ from support.pictures import (
 from sweeps.charts.axes import axis_of, is_geometric
 from sweeps.charts.choice import default_figure
 from sweeps.charts.colours import CURVES
-from sweeps.charts.labels import shown, typeset_units
-from sweeps.figures import draw
+from sweeps.charts.labels import shown, typeset_units, with_error
+from sweeps.figures import Look, PlotOptions, draw
+from sweeps.measurements import read_data
 
 # --- amplitudes ---------------------------------------------------------------------------------
 
@@ -340,8 +342,36 @@ def test_a_fit_has_curves_data_with_error_bars_and_residuals_below():
     figure = draw(fitted(5.0, 10.0))
     above, below = panels(figure)
     assert [len(bars.get_segments()) for bars in above.collections] == [3, 1, 4]
-    assert len(below.lines) == 1 + 3  # zero; the second datum, which is hollow, is another line
-    hollow = next(line for line in below.lines if line.get_markerfacecolor() == "white")
-    assert hollow.get_xdata().tolist() == [200.0]
-    assert "residual" in below.get_ylabel()
-    assert r"Fitted: $k = 70000$ ± $2000$ Pa" in figure.get_supxlabel()
+    assert len(below.lines) == 1 + 3  # zero; the second datum, at a jump, is another line
+    (square,) = (line for line in below.lines if line.get_marker() == "s")
+    assert square.get_xdata().tolist() == [200.0]
+    assert below.get_ylabel() == "residual"
+    said = "Residuals are in standard errors. Squares are next to a jump."
+    assert said in figure.get_supxlabel().replace("\n", " ")
+
+
+def test_the_note_of_a_fit_has_the_digits_of_the_printed_summary():
+    ds = drawn()
+    ds["parameter_value"] = ("free_parameter", [6.9e4, -0.55])
+    ds["parameter_standard_error"] = ("free_parameter", [1e4, 0.012])
+    assert (with_error(6.9e4, 1e4), with_error(-0.55, 0.012)) == ("(6.9±1.0)×10⁴", "-0.550±0.012")
+    said = draw(ds).get_supxlabel()
+    assert r"Fitted: $k = \left(6.9 \pm 1.0\right) \times 10^{4}$ Pa" in said
+    assert r"$\gamma = -0.550 \pm 0.012$;" in said
+
+
+def test_the_labels_of_a_small_fit_are_within_its_panels():
+    figure = draw(fitted(), None, PlotOptions(look=Look(size=(3.37, 3.0))))
+    figure.draw_without_rendering()
+    for axes in panels(figure):
+        label, panel = axes.yaxis.label.get_window_extent(), axes.get_window_extent()
+        assert panel.y0 <= label.y0 < label.y1 <= panel.y1
+
+
+def test_measured_values_have_the_same_marker_in_a_fit_and_over_a_curve():
+    data = read_data({"T": [200.0], "F_max": [3e-3]})
+    over = draw(sweep(temperature=TEMPERATURES), None, PlotOptions(("F_max",), data=data))
+    of_fit = panels(draw(fitted()))[0]
+    one, other = (axes.containers[0].lines[0] for axes in (*panels(over), of_fit))
+    for own in ("marker", "markersize", "markerfacecolor", "markeredgecolor", "markeredgewidth"):
+        assert getattr(one, f"get_{own}")() == getattr(other, f"get_{own}")()
