@@ -367,6 +367,18 @@ def test_a_posterior_has_the_size_asked_for_and_letters_on_its_panels_alone():
         draw(posterior(), "posterior", PlotOptions(look=Look(axes=Figure().subplots())))
 
 
+def test_the_note_of_a_posterior_explains_its_contours_and_lines():
+    figure = draw(posterior(), "posterior")
+    assert note(figure) == (
+        "1600 independent draws. Contours enclose 68 and 95\u00a0% of the probability; dashed "
+        "lines are the 2.5, 50 and 97.5\u00a0% quantiles."
+    )
+    figure.draw_without_rendering()
+    (small_print,) = figure.texts
+    below = min(axes.xaxis.label.get_window_extent().y0 for axes in figure.axes)
+    assert small_print.get_window_extent().y1 <= below
+
+
 def test_letters_may_begin_anywhere(ds):
     (axes, other) = panels(drawn(ds, look=Look(letters="b")))
     assert [text.get_text() for text in (axes.texts[-1], other.texts[-1])] == ["(b)", "(c)"]
