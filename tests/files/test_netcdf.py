@@ -19,6 +19,7 @@ from support.sweeps.commands import entries
 from support.sweeps.writing import write_dataset
 
 from stickslip.datasets import result_attributes
+from stickslip.status import Status
 from stickslip.variables import PARAMETERS
 from sweeps.exits import StorageError
 from sweeps.files.netcdf import content_hash, open_result, readable
@@ -92,9 +93,9 @@ def result() -> xr.Dataset:
         ("melting_count", "_Unsigned", "true", "has _Unsigned = 'true', where there is none"),
         ("status", "dtype", "bool", "has dtype = 'bool', where there is none"),
         ("friction_force_amplitude", "valid_max", 1e-4, "has valid_max = 0.0001, where there is"),
-        ("status", "flag_meanings", "fine " * 11, "'fine' for the value 0, where 'ok' is expected"),
+        ("status", "flag_meanings", "fine " * len(Status), "'fine' for the value 0, where 'ok' is expected"),
         ("status", "flag_meanings", "ok", "flag_values and flag_meanings that do not belong"),
-        ("status", "flag_values", np.arange(1, 12, dtype=np.int8), "with 'ok' for the value 1"),
+        ("status", "flag_values", np.arange(1, 1 + len(Status), dtype=np.int8), "with 'ok' for the value 1"),
     ],
 )
 def test_attributes_that_would_change_values_are_refused(

@@ -230,12 +230,12 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
     ("address", "message"),
     [
         ("tls://127.0.0.1:1", "needs certificates in dask's configuration"),
-        ("inproc://x", "a cluster within another process"),
+        ("inproc://x", "a cluster inside another process"),
         *marked(
             "faults",
             [
                 ("wss://127.0.0.1:1", "needs certificates in dask's configuration"),
-                ("inproc://192.0.2.1/1/1", "a cluster within another process"),
+                ("inproc://192.0.2.1/1/1", "a cluster inside another process"),
             ],
         ),
     ],
