@@ -79,6 +79,9 @@ def result() -> xr.Dataset:
     )
 
 
+MANY = len(Status)
+
+
 @pytest.mark.parametrize(
     ("name", "attribute", "value", "message"),
     [
@@ -93,9 +96,19 @@ def result() -> xr.Dataset:
         ("melting_count", "_Unsigned", "true", "has _Unsigned = 'true', where there is none"),
         ("status", "dtype", "bool", "has dtype = 'bool', where there is none"),
         ("friction_force_amplitude", "valid_max", 1e-4, "has valid_max = 0.0001, where there is"),
-        ("status", "flag_meanings", "fine " * len(Status), "'fine' for the value 0, where 'ok' is expected"),
+        (
+            "status",
+            "flag_meanings",
+            "fine " * MANY,
+            "'fine' for the value 0, where 'ok' is expected",
+        ),
         ("status", "flag_meanings", "ok", "flag_values and flag_meanings that do not belong"),
-        ("status", "flag_values", np.arange(1, 1 + len(Status), dtype=np.int8), "with 'ok' for the value 1"),
+        (
+            "status",
+            "flag_values",
+            np.arange(1, 1 + MANY, dtype=np.int8),
+            "with 'ok' for the value 1",
+        ),
     ],
 )
 def test_attributes_that_would_change_values_are_refused(
