@@ -368,7 +368,7 @@ def _make_carry(
     resolution = first + room_of(width) - RESOLUTION
 
     @inline
-    def resolve(lanes: np.ndarray, lane: int, w: float, used: float, accepted: bool) -> None:
+    def sum_damping(lanes: np.ndarray, lane: int, w: float, used: float, accepted: bool) -> None:
         damping = get(lanes, resolution + DAMPING, lane)
         fastest = get(lanes, resolution + FASTEST, lane)
         square = (w * used) * (w * used)
@@ -411,7 +411,7 @@ def _make_carry(
         over = f0, f1, crosses, (LU1, LU2, LU3), (f_t1, f_t2, f_t3)
         accepted = get(lanes, SLOTS.accepted, lane) > 0.0
         carry_columns(lanes, lane, last, over, accepted)
-        resolve(lanes, lane, w, last.used, accepted)
+        sum_damping(lanes, lane, w, last.used, accepted)
 
     @inline
     def lane_note(lane: int, lanes: np.ndarray, j: int, reach: float) -> None:
