@@ -156,6 +156,11 @@ class ExistingPoints:
     history: str = ""
     sample: str = ""
 
+    @property
+    def is_fit(self) -> bool:
+        """Whether the points are the fitted curve in the file of a fit."""
+        return "fitted_value" in self.foreign
+
     def fits(self, target: Target) -> bool:
         """Return whether the target would compute the same rows."""
         return self.settings == target.settings

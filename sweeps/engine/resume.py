@@ -34,6 +34,7 @@ from sweeps.exits import StorageError
 from sweeps.files.atomic import fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_manifest
+from sweeps.files.outputs import WAYS_OUT
 from sweeps.files.result_rows import Chunks, failures, tally
 from sweeps.files.run_folder import RunFolder
 from sweeps.files.sweep_file import RESULT_BYTES, RESULT_BYTES_PER_POINT, Written, contents
@@ -210,7 +211,7 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
         nothing,
         manifest=manifest,
         journal=found_in_journal(folder.journal, manifest) if manifest else None,
-        file=found_in_file(folder.output) if _may_have_more(folder.output, manifest) else None,
+        file=_found_in_output(folder.output) if _may_have_more(folder.output, manifest) else None,
         afresh=afresh,
     )
     for found in decision.sources:
@@ -273,7 +274,7 @@ def _complete_already(nothing: Decision) -> Decision | None:
     target, folder, policy = nothing.target, nothing.folder, nothing.policy
     if policy.overwrite or folder.journal.exists() or not folder.output.exists():
         return None
-    found = found_in_file(folder.output)
+    found = _found_in_output(folder.output)
     same = found.config.resolved_yaml() == target.config.resolved_yaml()
     if not same or not found.fits(target):
         return None
@@ -287,6 +288,17 @@ def _complete_already(nothing: Decision) -> Decision | None:
     if pending or (policy.retry_failed and failures(written.statuses)):
         return None
     return replace(nothing, file=found, complete=written)
+
+
+def _found_in_output(output: Path) -> ExistingPoints:
+    """Return the finished points of an output; raises RefusalError if it is the file of a fit.
+
+    A fit's file holds its curve as a sweep does, but a sweep would drop the data and the fit.
+    """
+    found = found_in_file(output)
+    if found.is_fit:
+        raise RefusalError(f"{output} is the file of a fit, not of a sweep; {WAYS_OUT}")
+    return found
 
 
 def is_of(manifest: Manifest, target: Target) -> bool:
@@ -390,7 +402,7 @@ def state_of(output: Path) -> dict[str, Any]:
         state = "complete" if whole else "interrupted"
     elif output.exists():
         existing = found_in_input(output)
-        if "fitted_value" in existing.foreign:
+        if existing.is_fit:
             raise RefusalError(
                 f"{output} is the file of a fit, not of a sweep; `stickslip info` describes it"
             )

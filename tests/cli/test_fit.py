@@ -85,6 +85,9 @@ def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str
     command.ok("plot", "fit.nc", "-o", "again.svg")
     said = "fit.nc is the file of a fit, not of a sweep; `stickslip info` describes it\n"
     assert command("status", "fit.nc") == (2, "", said)
+    refused = command("sweep", "fit.yaml", "-o", "fit.nc")
+    assert (refused.code, refused.out) == (2, "")
+    assert refused.err.startswith("fit.nc is the file of a fit, not of a sweep; --overwrite")
     again = command("fit", "d.csv", "--free", "k", "-o", "fit.nc")
     assert again.code == 2
     assert "--overwrite" in again.err

@@ -106,6 +106,11 @@ UNFIT: dict[str, tuple[Callable[[], object], int, str]] = {
         2,
         "a.nc exists and is not a result of a sweep",
     ),
+    "of a fit": (
+        lambda: edited(lambda file: file.createVariable("fitted_value", "f8")),
+        2,
+        "a.nc is the file of a fit, not of a sweep",
+    ),
     "a text": (lambda: A.write_text("mine"), 5, UNREADABLE),
     **{
         f"cut at {length}": (lambda length=length: cut(length), 5, UNREADABLE)
