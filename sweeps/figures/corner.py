@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from sweeps.charts.labels import shown, shown_number
 from sweeps.figures.style import new_figure, palette, put_note
 
-_BINS, _INCHES = 40, 1.7
+_BINS, _INCHES, _BESIDE = 40, 1.7, 0.8  # inches: of a panel, and of the labels beside the panels
+_TICKS = 3.0  # per inch: as many slanting numbers as do not touch
 _QUANTILES, _LEVELS = (0.025, 0.5, 0.975), (0.68, 0.95)
 
 
@@ -30,13 +31,14 @@ def posterior(ds: xr.Dataset) -> Figure:
     columns = np.array([shown(each).values.ravel() for each in drawn])
     best = [float(ds.parameter_value.sel(free_parameter=name)) for name in names]
     numbers = [shown_number(name, value) for name, value in zip(names, best, strict=True)]
-    side = 0.8 + _INCHES * len(names)
+    side = _BESIDE + _INCHES * len(names)
     figure = new_figure((side, side))
+    panel = (min(figure.get_size_inches()) - _BESIDE) / len(names)
     colours = palette().cycle
     corner(
         columns.T,
         bins=_BINS,
-        labels=[number.label for number in numbers],
+        max_n_ticks=max(3, round(_TICKS * panel)),
         quantiles=_QUANTILES,
         levels=_LEVELS,
         smooth=1.0,
@@ -45,6 +47,14 @@ def posterior(ds: xr.Dataset) -> Figure:
         plot_datapoints=False,
         hist_bin_factor=1,
     )
+    # Labels from corner lie at a fixed part of a panel's side, which is within the ticks of a small
+    # panel; these move with the ticks.
+    panels = np.array(figure.axes).reshape(len(names), len(names))
+    for place, number in enumerate(numbers):
+        panels[-1, place].set_xlabel(number.label)
+        if place:  # the first row has no vertical axis
+            panels[place, 0].set_ylabel(number.label)
+    figure.align_labels()
     for axes in figure.axes:
         if not axes.get_frame_on():  # the other half of the pairs, which has no panels
             axes.remove()

@@ -379,6 +379,21 @@ def test_the_note_of_a_posterior_explains_its_contours_and_lines():
     assert small_print.get_window_extent().y1 <= below
 
 
+def test_a_small_posterior_has_few_numbers_and_its_labels_beside_them():
+    figure = draw(posterior(), "posterior", PlotOptions(look=Look(size=(3.37, 3.0))))
+    figure.draw_without_rendering()
+    (_, corner, right) = figure.axes
+    assert [axes.get_xlabel()[:3] for axes in (corner, right)] == ["$k$", r"$\g"]
+    for axes in (corner, right):
+        low, high = axes.get_xlim()
+        numbers = [text for text in axes.get_xticklabels() if low <= text.get_position()[0] <= high]
+        assert 2 <= len(numbers) <= 4
+        lowest = min(text.get_window_extent().y0 for text in numbers)
+        assert axes.xaxis.label.get_window_extent().y1 <= lowest
+    leftmost = min(text.get_window_extent().x0 for text in corner.get_yticklabels())
+    assert corner.yaxis.label.get_window_extent().x1 <= leftmost
+
+
 def test_letters_may_begin_anywhere(ds):
     (axes, other) = panels(drawn(ds, look=Look(letters="b")))
     assert [text.get_text() for text in (axes.texts[-1], other.texts[-1])] == ["(b)", "(c)"]
