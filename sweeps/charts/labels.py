@@ -109,7 +109,11 @@ def shown(data: xr.DataArray) -> Quantity:
     scale = SCALES.get(units, Scale(1.0, units))
     if variable and name in SCALES_BY_NAME and units == variable.units:
         scale = SCALES_BY_NAME[name]
-    values = np.asarray(data.values, dtype=float) * scale.factor
+    given = np.asarray(data.values, dtype=float)
+    with np.errstate(over="ignore"):
+        values = given * scale.factor
+    if (np.isinf(values) & np.isfinite(given)).any():  # a config may say 1e300 m
+        values, scale = given, Scale(1.0, units)
     typeset = typeset_units(scale.units)
     if name == "viscosity_coefficient" and units == VARIABLES[name].units:
         typeset = _unit_of_k(data)

@@ -327,6 +327,7 @@ def test_units_are_typeset(units, typeset):
     ("name", "value", "equation"),
     [
         ("film_thickness", 1e-9, "$h = 1$ nm"),
+        ("film_thickness", 1e300, r"$h = 1\times10^{300}$ m"),  # which nm would make infinite
         ("noise_intensity", 1e-18, r"$D = 1\times10^{-18}$ 1/s"),
         ("temperature", 200 / 3, "$T = 66.6667$ K"),
         ("rheological_index", 0.5, r"$\gamma = 0.5$"),
