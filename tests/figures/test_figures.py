@@ -27,6 +27,7 @@ from sweeps.charts.choice import default_figure
 from sweeps.charts.colours import CURVES
 from sweeps.charts.labels import shown, typeset_units, with_error
 from sweeps.figures import Look, PlotOptions, draw
+from sweeps.fitting.output import GIVEN, RELATIVE
 from sweeps.measurements import read_data
 
 # --- amplitudes ---------------------------------------------------------------------------------
@@ -359,6 +360,13 @@ def test_the_note_of_a_fit_has_the_digits_of_the_printed_summary():
     said = draw(ds).get_supxlabel()
     assert r"Fitted: $k = \left(6.9 \pm 1.0\right) \times 10^{4}$ Pa" in said
     assert r"$\gamma = -0.550 \pm 0.012$;" in said
+
+
+def test_the_note_of_a_fit_knows_data_without_errors_by_the_sentence_in_the_file():
+    ds = fitted().assign_attrs(reduced_chi2=1e-4)
+    for errors, words in ((RELATIVE, "relative scatter 1\u00a0%."), (GIVEN, "/dof 0.0001.")):
+        figure = draw(ds.assign_attrs(measurement_errors=errors))
+        assert words in figure.get_supxlabel().replace("\n", " ")
 
 
 def test_the_labels_of_a_small_fit_are_within_its_panels():
