@@ -240,7 +240,8 @@ class StickslipAccessor:
         ------
         BoundaryError
             A ValueError: an argument is wrong, or the result has no borders because it is
-            stochastic, follows an axis, or does not have one or two axes of single parameters.
+            stochastic, follows an axis, does not have one or two axes of single parameters, or is a
+            stack of results with different settings.
         """
         from sweeps.borders import boundaries
 

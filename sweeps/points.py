@@ -114,16 +114,20 @@ class Point:
 
         Raises PointError if the numbers of the Dataset were computed with another config.
         """
-        # The stored values may have been computed with settings that differ from the config.
-        for name, (stored, computed) in self.differences().items() if self.loose else ():
-            near = np.isclose(stored, computed, rtol=_ROUNDED, atol=0.0)
-            if name in _TELLTALE and not near and not self.versions:
-                raise PointError(
-                    f"{self.where}: the Dataset has {name} {stored:g}, but its config gives "
-                    f"{computed:g}: it was made from results with other settings, or changed; take "
-                    "the point from its original result"
-                )
+        if self.loose and (why := self.other_settings()):
+            raise PointError(f"{why}; take the point from its original result")
         return orbit_of_row(*self._computed)
+
+    def other_settings(self) -> str:
+        """Return how the numbers show that they were computed with another config; else nothing."""
+        for name, (stored, computed) in ({} if self.versions else self.differences()).items():
+            near = np.isclose(stored, computed, rtol=_ROUNDED, atol=0.0)
+            if name in _TELLTALE and not near:
+                return (
+                    f"{self.where}: the Dataset has {name} {stored:g}, but its config gives "
+                    f"{computed:g}: it was made from results with other settings, or changed"
+                )
+        return ""
 
     def differences(self) -> dict[str, tuple[float, float]]:
         """Return (stored, computed) of the result variables whose computed value is another one.

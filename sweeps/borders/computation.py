@@ -26,14 +26,16 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.borders.crossings import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
 from sweeps.charts.axes import is_geometric
 from sweeps.charts.choice import refuse_empty
-from sweeps.config.load import Config, ConfigError
+from sweeps.charts.missing import trusted
+from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Execution
+from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.progress import in_flight_text
-from sweeps.engine.settings import options_of
+from sweeps.engine.settings import SOURCE, options_of
 from sweeps.exits import ExpectedError
-from sweeps.grid import DIRECTION
+from sweeps.grid import DIRECTION, Grid
 from sweeps.human import clock, counted
-from sweeps.points import PointError, config_of, curve_or_map
+from sweeps.points import Point, PointError, config_of, curve_or_map, point_of
 
 Kind = Literal["regime", "orbit"]
 
@@ -208,13 +210,15 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
     ds = curve_or_map(ds)
     names = _axes_of(ds)
     ds = ds.squeeze().sortby(list(names)).transpose(*names)
+    config = _config_of(ds)
+    _refuse_other_settings(ds)
     multipliers = ds.get("floquet_multiplier", xr.full_like(ds["status"], np.nan, dtype=float))
     return Map(
         names=names,
         axes=tuple(Axis(ds[name].values, is_geometric(ds[name].values)) for name in names),
         kinds=numbered(lambda name: ds[name].values, kind),
         multipliers=multipliers.values,
-        config=_config_of(ds),
+        config=config,
         kind=kind,
         workers=workers or Execution().slots,
     )
@@ -259,3 +263,28 @@ def _config_of(ds: xr.Dataset) -> Config:
             "sweep with `noise: {treatment: typical-path}`"
         )
     return config
+
+
+def _refuse_other_settings(ds: xr.Dataset) -> None:
+    """Raise BoundaryError if points of a map were computed with other settings than its config's.
+
+    A stack of results has the config of its first. So one point of the map is computed again, and
+    one at each value that the config does not name.
+    """
+    grid = Grid.from_config(from_mapping(read_mapping(str(ds.attrs["config"]), SOURCE), SOURCE))
+    parts = [ds]
+    for name in map(str, ds["status"].dims):
+        named = np.isclose(ds[name].values[:, None], grid.values(name), 1e-9, 0.0).any(axis=1)
+        parts += [ds.isel({name: place}) for place in np.flatnonzero(~named)]
+    for part in parts:
+        if why := next((point.other_settings() for point in _quickest(part)), ""):
+            raise BoundaryError(f"{why}; compute the borders of each original result")
+
+
+def _quickest(part: xr.Dataset) -> Iterator[Point]:
+    """Yield the point of a part that took the fewest periods; none if no point has a result."""
+    if "periods_integrated" not in part:
+        return
+    periods = trusted(part, "periods_integrated")
+    for place in np.argwhere(periods.values == np.fmin.reduce(periods.values, axis=None))[:1]:
+        yield point_of(part.isel(dict(zip(periods.dims, place, strict=True))))

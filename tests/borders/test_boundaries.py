@@ -219,6 +219,22 @@ def test_a_fitted_curve_has_borders_as_its_sweep_has(line: xr.Dataset) -> None:
     xr.testing.assert_equal(fitted.stickslip.boundaries(1e-3), part.stickslip.boundaries(1e-3))
 
 
+def test_a_stack_of_results_has_borders_only_if_their_settings_are_the_same() -> None:
+    """The Dataset has the config of the first result alone."""
+    axis = {"sweep": {"T": [200, 300]}}
+    loose, stiff, strict, other = (
+        run(settings | axis | {"model": {"K": K}}) for settings in (LOOSE, {}) for K in (3000, 4000)
+    )
+    same = xr.concat([loose, stiff], "spring_stiffness")
+    assert same.stickslip.boundaries(0.1).sizes["boundary_point"] > 1
+    mixed = xr.concat([loose, strict], "rtol")
+    assert mixed.isel(rtol=0).stickslip.boundaries(0.1).sizes["boundary_point"] == 1
+    for stack in (mixed.isel(rtol=1), xr.concat([loose, other], "spring_stiffness")):
+        message = f"results {messages.OTHER_SETTINGS}, or changed; compute the borders of each"
+        with pytest.raises(BoundaryError, match=message):
+            stack.stickslip.boundaries(0.1)
+
+
 def test_dropped_parameters_are_those_of_the_config_or_refused() -> None:
     rough = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}, "model": {"K": 1000}}
     axes = {"T": {"linspace": [150, 320], "num": 6}, "omega": [10, 40]}
