@@ -76,16 +76,16 @@ def _comparable(values: tuple[Any, ...]) -> tuple[Any, ...]:
     )
 
 
-def prepared_points(points: np.ndarray, noise: str, *, consecutive: bool = False) -> np.ndarray:
+def prepared_points(points: np.ndarray, noise: str, starting: int | None = None) -> np.ndarray:
     """Return parameters (n, parameters) as kernels take them under a noise treatment.
 
-    Raises NoiseError if a film starts at phi = 0 and could never solidify. Only the first of
-    `consecutive` points, the sections of a run, starts at phi_0.
+    Raises NoiseError if a film starts at phi = 0 and could never solidify. Only the first
+    `starting` points, by default all, start at phi_0.
     """
     points = np.array(np.atleast_2d(points), dtype=float)
     if noise == "none":
         points[:, _NOISE] = 0.0
-    started = points[:1] if consecutive else points
+    started = points[:starting]
     if np.any((started[:, _NOISE] == 0.0) & (started[:, _PHI_0] == 0.0)):
         raise NoiseError
     return points

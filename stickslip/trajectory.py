@@ -122,7 +122,7 @@ def simulate(
         The state diverged, the budget ran out, the fixed step is unstable or, for the start
         'stationary', no stationary orbit was reached.
     NoiseError
-        phi_0 = 0 without noise in the first section.
+        phi_0 = 0 without noise in the first section, unless `start` is a state.
     ParameterError, TypeError
         A scheduled value is out of range, a scheduled name is not a parameter, or `parameters` or
         `schedule` has the wrong type.
@@ -149,7 +149,8 @@ def simulate(
         strain=strain,
     )
     _refuse_unknown_start(start, model_of(options.physics).components)
-    points = prepared_points(np.array(sections), noise, consecutive=True)
+    # Only the first section starts at phi_0, and not even that if its state is given.
+    points = prepared_points(np.array(sections), noise, starting=int(isinstance(start, str)))
     if drive is not None or duration is not None:
         _refuse_with_a_pull(drive, start, schedule, options)
     else:

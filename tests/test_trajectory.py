@@ -241,6 +241,19 @@ def test_a_film_that_could_never_solidify_is_an_error() -> None:
     assert float(ds.order_parameter.min()) < 1e-30  # melted, and unable to solidify
 
 
+@pytest.mark.parametrize("run", [{"periods": 1}, {"drive": 2e-6, "duration": 0.01}])
+def test_without_noise_phi_0_does_not_matter_if_the_start_is_a_state(run: dict[str, Any]) -> None:
+    without = {"noise": "none", "samples_per_period": 50, "samples": 50} | run
+    solid = Parameters(initial_order_parameter=0.6)
+    with pytest.raises(NoiseError):
+        simulate(**without)
+    given = simulate(start=[0.0, 0.0, math.log(0.6)], **without)
+    assert given.equals(simulate(solid, **without).assign_coords(initial_order_parameter=0.0))
+    if "periods" in run:  # the search for the stationary orbit starts at phi_0
+        with pytest.raises(NoiseError):
+            simulate(start="stationary", **without)
+
+
 def test_noise_may_end_along_a_run_but_not_begin() -> None:
     solid, shorter = Parameters(temperature=200.0), {"periods": 1, "samples_per_period": 50}
     ds = simulate(solid, schedule={"noise_intensity": [1e-18, 0.0]}, **shorter)
