@@ -226,20 +226,23 @@ def default_window(noise: str) -> int:
     return int(window)
 
 
+_FROZEN = (
+    "initial_order_parameter (phi_0) = 0 without noise: phi = 0 is an exact zero of the kinetic "
+    "equation, so the film could never solidify; use noise treatment 'typical-path' with "
+    "noise_intensity > 0, or phi_0 > 0"
+)
+
+
 class NoiseError(ValueError):
-    """A start at phi = 0 without noise, from which the film would stay liquid forever.
+    """A start at phi = 0 without noise: the film would stay liquid forever, or its state is lost.
 
     >>> stationary_orbit(noise="none")
     Traceback (most recent call last):
     stickslip.options.NoiseError: initial_order_parameter (phi_0) = 0 without noise: ...
     """
 
-    def __init__(self) -> None:
-        super().__init__(
-            "initial_order_parameter (phi_0) = 0 without noise: phi = 0 is an exact zero of the "
-            "kinetic equation, so the film could never solidify; use noise treatment "
-            "'typical-path' with noise_intensity > 0, or phi_0 > 0"
-        )
+    def __init__(self, message: str = _FROZEN) -> None:
+        super().__init__(message)
 
 
 class OptionError(ValueError):

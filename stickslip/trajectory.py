@@ -23,7 +23,7 @@ from stickslip.kernels.trajectories import (
 from stickslip.measure.results import STATUS
 from stickslip.model.models import model_of
 from stickslip.model.state import FILM, Component
-from stickslip.options import DEFAULTS, METHODS, Options
+from stickslip.options import DEFAULTS, METHODS, NoiseError, Options
 from stickslip.orbit import compute_orbits, prepared_points, typical_options
 from stickslip.parameters import Parameters, given_or_default
 from stickslip.pulling import pulled
@@ -43,6 +43,9 @@ TIME = "elapsed_time"
 
 REALIZATION = "realization"
 """The dimension of the paths of a stochastic film."""
+
+# Below its exponential a number has fewer digits, down to none.
+_LEAST = math.log(np.finfo(float).tiny)
 
 # The first columns of the samples.
 _SAMPLED = ("lower_displacement", "lower_velocity", "order_parameter")
@@ -122,7 +125,8 @@ def simulate(
         The state diverged, the budget ran out, the fixed step is unstable or, for the start
         'stationary', no stationary orbit was reached.
     NoiseError
-        phi_0 = 0 without noise in the first section, unless `start` is a state.
+        phi_0 = 0 without noise in the first section, unless `start` is a state; or the adaptive
+        method comes to phi = 0 at the end of a section that is not the last.
     ParameterError, TypeError
         A scheduled value is out of range, a scheduled name is not a parameter, or `parameters` or
         `schedule` has the wrong type.
@@ -199,8 +203,11 @@ class _Run(NamedTuple):
 
     def path(self, state: np.ndarray, stream: np.ndarray) -> xr.Dataset:
         """Return the trajectory from a state (width,), with the random numbers of a stream."""
-        parts, begin = [], 0.0
+        parts: list[xr.Dataset] = []
+        begin = 0.0
         for section, point in zip(self.sections, self.points, strict=True):
+            if self.options.method == "adaptive":
+                _refuse_lost(state, len(parts))
             samples = _sampled(point, self.options, state, self.periods, self.per_period, stream)
             step = 2.0 * math.pi / section.angular_frequency / self.per_period
             # The drive is at phase 0 again, so the section's own time begins at 0.
@@ -309,6 +316,21 @@ def _start_state(
     state = np.empty(_width(options))
     start_kernel(options.physics.typical)(point, state)
     return state
+
+
+def _refuse_lost(state: np.ndarray, before: int) -> None:
+    """Raise NoiseError if a section after `before` others cannot continue in the logarithm of phi.
+
+    The kernels return phi, which underflows where its logarithm still falls. How far it fell
+    decides when the film solidifies again, so no value in its place is right.
+    """
+    if before and state[FILM] < _LEAST:
+        raise NoiseError(
+            f"section {before + 1} of the schedule begins at phi = 0, too small for a number: "
+            "without noise, the order parameter of a melted film falls forever, and the film "
+            "could not solidify when it should; use noise treatment 'typical-path' with "
+            "noise_intensity > 0, or fewer periods"
+        )
 
 
 def _state_of(sample: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 from typing import Any
 
@@ -262,6 +263,19 @@ def test_noise_may_end_along_a_run_but_not_begin() -> None:
     assert float(ds.order_parameter[51]) > 0.5  # solid as before, though phi_0 = 0
     with pytest.raises(NoiseError):
         simulate(solid, schedule={"noise_intensity": [0.0, 1e-18]}, **shorter)
+
+
+def test_a_section_that_would_continue_from_a_lost_state_is_refused_with_the_reason() -> None:
+    melted = Parameters(initial_order_parameter=0.6, temperature=250.0)
+    run: dict[str, Any] = {"periods": 1, "samples_per_period": 50, "noise": "none"}
+    assert float(simulate(melted, **run).order_parameter[-1]) == 0.0  # the last section may
+    with pytest.raises(NoiseError, match=r"^section 2 of the schedule begins at phi = 0") as caught:
+        simulate(melted, schedule={"temperature": [250.0, 150.0]}, **run)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+    # Euler-Cromer integrates phi itself, of which 0 is a value like others.
+    run |= {"method": "euler-cromer", "dt": 4e-8}
+    ds = simulate(melted, schedule={"temperature": [250.0, 250.0]}, **run)
+    assert (ds.order_parameter[50:] == 0.0).all()
 
 
 @pytest.mark.parametrize(
