@@ -14,6 +14,7 @@ from support.sweeps.writing import write_dataset
 
 from stickslip import Status
 from stickslip.orbit import failed_row
+from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.existing import found_in_file
@@ -23,7 +24,14 @@ from sweeps.files import sweep_file
 from sweeps.files.attributes import global_attributes
 from sweeps.files.netcdf import content_hash, open_result
 from sweeps.files.result_rows import STATUS, Chunks, status_counts
-from sweeps.files.sweep_file import Written, contents, read_rows, try_writing, write_result
+from sweeps.files.sweep_file import (
+    Written,
+    contents,
+    most_bytes,
+    read_rows,
+    try_writing,
+    write_result,
+)
 from sweeps.grid import Grid
 from sweeps.identity import settings_of
 
@@ -89,6 +97,26 @@ def test_the_file_is_that_of_the_dataset(tmp_path: Path, config: dict[str, Any],
     assert sorted(tmp_path.iterdir()) == [one, other]
     assert written.statuses[Status.OK] == written.statuses.sum() == len(rows)
     assert written.worst_error == ds.amplitude_error.max()
+
+
+@pytest.mark.parametrize("points", [8, 50])
+def test_a_file_of_motions_that_never_close_is_not_larger_than_expected(
+    tmp_path: Path, points: int
+) -> None:
+    axis = {"linspace": [1, 2], "num": points}
+    settings = from_mapping({"sweep": {"T": axis, "K": axis}})
+    grid, rng = Grid.from_config(settings), np.random.default_rng(1)
+    rows = np.exp(1.5 * rng.normal(size=(grid.size, len(RESULT_COLUMNS))))
+    of = {name: rows[:, column] for column, name in enumerate(RESULT_COLUMNS)}
+    for name in ("melting_count", "periods_integrated"):
+        of[name][:] = rng.integers(100, 900, grid.size)
+    for name in ("orbit_periods", "solid_transition_count"):
+        of[name][:] = 0
+    of["status"][:], of["regime"][:] = Status.APERIODIC, Regime.APERIODIC
+    of["floquet_multiplier"][:] = np.nan  # they have a Lyapunov exponent instead
+    write(settings, rows, tmp_path / "a.nc", grid.size)
+    most = most_bytes(grid, Chunks(grid.shape), global_attributes(settings))
+    assert 0.9 * most < (tmp_path / "a.nc").stat().st_size <= most
 
 
 def test_a_large_file_is_the_same_as_a_small_one(
