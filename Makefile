@@ -112,8 +112,8 @@ $(VENV)/.docs: pyproject.toml | $(VENV)/.created
 
 # Each peer by itself: one that cannot be built here must not take the others away.
 $(VENV)/.bench: pyproject.toml | $(VENV)/.created
-	$(call INSTALLING,stickslip and the packages it is compared with)
-	$(PIP) --editable ".[fit]"
+	$(call INSTALLING,stickslip and what its benchmarks need)
+	$(PIP) --editable ".[report,explore,fit,dask]"
 	@touch $(VENV)/.core
 	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["bench"], sep="\n")' > $(VENV)/peers.txt
 	while read -r peer; do $(PIP) "$$peer" || echo "$$peer cannot be installed here; the benchmarks leave it out"; done < $(VENV)/peers.txt

@@ -229,6 +229,22 @@ def test_a_benchmark_is_one_of_the_family(path: Path, scripts: Callable[[str], A
     assert len(text.splitlines()) <= 300
 
 
+# What in the scripts shows that they need an extra.
+SIGNS = {
+    "dask": "distributed.cli", "explore": '"explore"', "report": '"report"',
+    "fit": "from sweeps import fit", "posterior": "--posterior", "table": ".parquet",
+}  # fmt: skip
+
+
+def test_benchmarks_are_installed_with_the_extras_that_they_need():
+    scripts = (ROOT / "benchmarks").rglob("*.py")
+    text = "\n".join(path.read_text("utf-8") for path in scripts)
+    rule = (ROOT / "Makefile").read_text("utf-8").split("$(VENV)/.bench: ")[1].split("\n\n")[0]
+    installed = re.search(r'--editable "\.\[(.*)\]"', rule)
+    assert installed is not None
+    assert {*installed[1].split(",")} == {extra for extra, sign in SIGNS.items() if sign in text}
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / ".github" / "workflows").glob("*.yml")))
 def test_a_job_that_may_publish_runs_nothing_but_that(path: Path):
     """What a build installs could use the token of its job to publish something else."""
