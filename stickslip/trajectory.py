@@ -44,6 +44,9 @@ TIME = "elapsed_time"
 REALIZATION = "realization"
 """The dimension of the paths of a stochastic film."""
 
+# This far below the level of the noise, in ln phi, noise alone moves the film.
+_FAR_BELOW = 10.0
+
 # Below its exponential a number has fewer digits, down to none.
 _LEAST = math.log(np.finfo(float).tiny)
 
@@ -90,7 +93,7 @@ def simulate(
     start
         'initial' to start from (x_0, v_0, phi_0), 'stationary' to start on the orbit that this
         motion reaches, or a state (x, v, ln phi, followed by the strain if that relaxes) at phase 0
-        of the drive, such as `Orbit.state`.
+        of the drive, such as `Orbit.state`. Noise lifts phi at once to just below its level.
     schedule
         Parameters that change along the run, each with the same number of values: the first values
         hold for `periods` drive periods, the second for as many, and so on (Fig. 6 of the paper).
@@ -162,7 +165,7 @@ def simulate(
     state = _start_state(points[0], options, start)
     if drive is not None:
         register_accessors()
-        prepared = Parameters(*points[0])
+        prepared, state = Parameters(*points[0]), _lifted(state, points[0], options)
         return pulled(prepared, course_of(drive), duration, samples, state, options)
     run = _Run(sections, points, options, periods, samples_per_period, tuple(scheduled))
     register_accessors()
@@ -206,6 +209,7 @@ class _Run(NamedTuple):
         parts: list[xr.Dataset] = []
         begin = 0.0
         for section, point in zip(self.sections, self.points, strict=True):
+            state = _lifted(state, point, self.options)
             if self.options.method == "adaptive":
                 _refuse_lost(state, len(parts))
             samples = _sampled(point, self.options, state, self.periods, self.per_period, stream)
@@ -313,9 +317,29 @@ def _start_state(
         if not status.is_result:
             raise IntegrationError(status, "No stationary start: ")
         return finals[0, :-1].copy()
+    return _initial_state(point, options)
+
+
+def _initial_state(point: np.ndarray, options: Options) -> np.ndarray:
+    """Return the model's own start, with phi_0 raised to the noise level, (width,)."""
     state = np.empty(_width(options))
     start_kernel(options.physics.typical)(point, state)
     return state
+
+
+def _lifted(state: np.ndarray, point: np.ndarray, options: Options) -> np.ndarray:
+    """Return a state whose phi, if far below the noise level, is raised to just below it.
+
+    Noise lifts it there at once, in less than 1e-8 of the time it takes to reach the level, and the
+    rate of ln phi on this way, D_eff/phi^2, would be beyond all steps.
+    """
+    section = Parameters(*point)
+    if options.method != "adaptive" or options.physics.chance or section.noise_intensity == 0.0:
+        return state
+    resting = np.array(section._replace(initial_order_parameter=0.0))
+    least = state.copy()
+    least[FILM] = _initial_state(resting, options)[FILM] - _FAR_BELOW
+    return np.maximum(state, least)
 
 
 def _refuse_lost(state: np.ndarray, before: int) -> None:

@@ -278,6 +278,21 @@ def test_a_section_that_would_continue_from_a_lost_state_is_refused_with_the_rea
     assert (ds.order_parameter[50:] == 0.0).all()
 
 
+def test_noise_lifts_a_film_from_any_depth_as_from_just_below_its_level() -> None:
+    solid = Parameters(temperature=200.0)
+    near, deep = (simulate(solid, periods=1, start=[0.0, 0.0, log_phi]) for log_phi in (-31, -700))
+    assert 0.0 < float(deep.order_parameter[0]) < float(near.order_parameter[0])
+    assert math.isclose(deep.order_parameter[-1], near.order_parameter[-1], rel_tol=1e-6)
+    pulled = simulate(solid, start=[0.0, 0.0, -700.0], drive=1e-6, duration=1.0)
+    assert np.isfinite(pulled.order_parameter).all()
+    # So does noise that begins after a film has melted without it.
+    melted = Parameters(initial_order_parameter=0.6)
+    changes = {"noise_intensity": [0.0, 1e-18], "temperature": [300.0, 200.0]}
+    ds = simulate(melted, schedule=changes, periods=2)
+    assert float(ds.order_parameter[ds.sizes["elapsed_time"] // 2]) == 0.0
+    assert float(ds.order_parameter[-1]) > 0.5
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
