@@ -44,6 +44,9 @@ TIME = "elapsed_time"
 REALIZATION = "realization"
 """The dimension of the paths of a stochastic film."""
 
+_NOISE = Parameters._fields.index("noise_intensity")
+_PHI_0 = Parameters._fields.index("initial_order_parameter")
+
 # This far below the level of the noise, in ln phi, noise alone moves the film.
 _FAR_BELOW = 10.0
 
@@ -333,10 +336,9 @@ def _lifted(state: np.ndarray, point: np.ndarray, options: Options) -> np.ndarra
     Noise lifts it there at once, in less than 1e-8 of the time it takes to reach the level, and the
     rate of ln phi on this way, D_eff/phi^2, would be beyond all steps.
     """
-    section = Parameters(*point)
-    if options.method != "adaptive" or options.physics.chance or section.noise_intensity == 0.0:
+    if options.method != "adaptive" or options.physics.chance or point[_NOISE] == 0.0:
         return state
-    resting = np.array(section._replace(initial_order_parameter=0.0))
+    resting = np.where(np.arange(len(point)) == _PHI_0, 0.0, point)
     least = state.copy()
     least[FILM] = _initial_state(resting, options)[FILM] - _FAR_BELOW
     return np.maximum(state, least)
