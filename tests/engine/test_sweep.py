@@ -52,7 +52,7 @@ def test_a_disk_without_room_is_reported_before_the_sweep(
     monkeypatch.setattr(worker, "compute_orbits", lambda *_, **__: pytest.fail("computed"))
     monkeypatch.setattr(Target, "needed", property(lambda _: pytest.fail("took memory")))
     with pytest.raises(
-        StorageError, match=r"has 1000 bytes left, but the sweep of 40 points may need 270\.8 KiB"
+        StorageError, match=r"has 1000 bytes left, but the sweep of 40 points may need 271\.9 KiB"
     ):
         swept(tmp_path / "a.nc")
 
