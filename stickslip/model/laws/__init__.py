@@ -20,7 +20,7 @@ class FrictionLaw:
     """A law of the viscous stress, as inline functions of the parameters `p`.
 
     Code that integrates, measures, scales or bounds the friction uses nothing else. The stress is
-    odd in the relative velocity `u`; its size decreases neither with |u| nor with the order
+    odd in the relative velocity `u`; its size decreases neither with the speed nor with the order
     parameter `phi`. The functions are called in SI units and in the units of `model/scaling.py`, so
     numbers with a unit must come from `p`. `register_law` shows a complete example.
 
