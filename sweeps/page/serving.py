@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import os
 import secrets
 import selectors
@@ -33,6 +34,9 @@ _HEADER_BYTES = 1 << 14
 _ACCEPTED_AT_ONCE = 16
 _BACKLOG = 1024  # a client without a place in the queue tries again a second later
 _NO_FILES_SECONDS = 0.05
+# A signal does not end a wait that begins just after it, or in another thread than the one that
+# gets it. Python acts on it when the wait is over.
+_DEAF_SECONDS = 0.5
 
 _ADMITTED = 64
 _STALLED_SECONDS = 30.0
@@ -140,7 +144,8 @@ class PageServer:
 
     def _hear(self) -> bool:
         """Wait for something to arrive, and handle it; return False once `stop` was called."""
-        ready = {key.fileobj for key, _ in self._selector.select(self._patience())}
+        events = self._selector.select(min(self._patience(), _DEAF_SECONDS))
+        ready = {key.fileobj for key, _ in events}
         for known in [client for client in self._strangers if client in ready]:
             self._read(known)
         if self._listening in ready:
@@ -149,10 +154,10 @@ class PageServer:
             self._drop(next(iter(self._strangers)))
         return self._stopped not in ready
 
-    def _patience(self) -> float | None:
-        """Return the seconds until the oldest stranger times out; None if there are none."""
+    def _patience(self) -> float:
+        """Return the seconds until the oldest stranger times out; infinite if there are none."""
         oldest = next(iter(self._strangers.values()), None)
-        return None if oldest is None else max(0.0, oldest.until - time.monotonic())
+        return math.inf if oldest is None else max(0.0, oldest.until - time.monotonic())
 
     def _accept(self) -> None:
         for _ in range(_ACCEPTED_AT_ONCE):

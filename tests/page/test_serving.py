@@ -584,25 +584,44 @@ def signals(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
         signal.signal(number, handler)
 
 
-def run_with_signals(done: list[Any], *numbers: int) -> None:
+def to_process(number: int) -> None:
+    os.kill(os.getpid(), number)
+
+
+def to_own_thread(number: int) -> None:
+    signal.pthread_kill(threading.get_ident(), number)
+
+
+def run_with_signals(
+    done: list[Any], *numbers: int, send: Callable[[int], None] = to_process
+) -> None:
     """Run a server while this process gets signals, before each of which the server answers."""
-    server = PageServer({"/": HELLO})
+    server, ended = PageServer({"/": HELLO}), threading.Event()
 
     def act() -> None:
         for number in numbers:
             status(server)
-            os.kill(os.getpid(), number)
+            send(number)
+        if not ended.wait(HANGS):
+            done.append("it hangs")
+            server.stop()
 
     thread = threading.Thread(target=act, daemon=True)
     thread.start()
     with pytest.raises(_Ended):
         server.run_until_signal(lambda: done.append("at the end"))
+    ended.set()
     thread.join(HANGS)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_the_process(signals: list[Any], number: signal.Signals):
     run_with_signals(signals, number)
+    assert signals == ["at the end", Exit.DONE]
+
+
+def test_a_signal_that_does_not_end_the_wait_is_heard_all_the_same(signals: list[Any]):
+    run_with_signals(signals, signal.SIGTERM, send=to_own_thread)
     assert signals == ["at the end", Exit.DONE]
 
 
