@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.course import Course, PullError
 from stickslip.datasets import parameter_scalars
+from stickslip.dispatch.stop import run_interruptibly
 from stickslip.kernels.adaptive.pulled_trajectory import CYCLE, pulled_trajectory
 from stickslip.model.drive import HARMONIC_AMPLITUDES
 from stickslip.options import PULL, Options
@@ -58,9 +60,9 @@ def pulled(
     cycles, counts = np.empty((_MOST_MELTINGS + 1, len(CYCLE))), np.zeros(3, np.int64)
     kernel = pulled_trajectory(options.physics._replace(drive=PULL))
     spacing = end / samples
-    status = Status(
-        kernel(sections, ends, jumps, options.settings(), state, spacing, table, cycles, counts)
-    )
+    settings = options.settings()
+    arguments = (sections, ends, jumps, settings, state, spacing, table, cycles, counts)
+    status = Status(run_interruptibly(partial(kernel, *arguments)))
     if status is not Status.OK:
         raise IntegrationError(status)
     if counts[1] == _MOST_MELTINGS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from stickslip.accessors import register_accessors
 from stickslip.course import PULL_SAMPLES, course_of
 from stickslip.datasets import parameter_scalars
+from stickslip.dispatch.stop import run_interruptibly
 from stickslip.kernels.families import physics_at
 from stickslip.kernels.streams import streams_of
 from stickslip.kernels.trajectories import (
@@ -276,7 +278,8 @@ def _sampled(
 ) -> np.ndarray:
     """Return the states (x, v, phi, ...) at the samples, (periods*per_period + 1, width)."""
     samples = np.empty((periods * per_period + 1, _width(options)))
-    status = Status(write_trajectory(point, options, state, per_period, samples, stream))
+    write = partial(write_trajectory, point, options, state, per_period, samples, stream)
+    status = Status(run_interruptibly(write))
     if status is not Status.OK:
         raise IntegrationError(status)
     return samples

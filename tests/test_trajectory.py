@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 import pickle
 import re
+import subprocess
+import sys
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -13,6 +16,7 @@ import pytest
 import xarray as xr
 from support import reference
 from support.points import SUBHARMONIC
+from support.sweeps.processes import HANGS
 
 from stickslip import (
     IntegrationError,
@@ -369,3 +373,30 @@ def test_paths_of_euler_cromer_agree_with_its_lanes() -> None:
             np.exp(walk.states()[:, 2]), paths.order_parameter[:, period], rtol=1e-7
         )
     assert abs(paths.order_parameter[0, 2] / paths.order_parameter[1, 2] - 1.0) > 1e-5
+
+
+@pytest.mark.parametrize(
+    "short_and_long",
+    [
+        "simulate(periods={}, samples_per_period=1)",
+        "simulate(periods={}, samples_per_period=1, method='euler-cromer', dt=1e-8)",
+        "simulate(drive=2e-6, duration={}, samples=1)",
+    ],
+)
+def test_ctrl_c_does_not_wait_for_a_long_run(short_and_long: str) -> None:
+    # An alarm that is handled as Ctrl-C is comes while compiled code runs.
+    script = f"""
+        import signal
+        from stickslip import simulate
+
+        {short_and_long.format(1)}
+        signal.signal(signal.SIGALRM, signal.default_int_handler)
+        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        try:
+            {short_and_long.format(10**6)}
+        except KeyboardInterrupt:
+            print("interrupted")
+    """
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=HANGS, check=False)
+    assert done.stdout == "interrupted\n", done.stderr

@@ -50,3 +50,11 @@ def in_thread(work: Callable[[], _T]) -> Future[_T]:
 
     threading.Thread(target=attempt, daemon=True).start()
     return outcome
+
+
+def run_interruptibly(work: Callable[[], _T]) -> _T:
+    """Return the result of `work`; Ctrl-C is raised at once, and the work goes on in its thread.
+
+    Compiled code neither hears of Ctrl-C nor can it be stopped.
+    """
+    return in_thread(work).result()
