@@ -44,6 +44,9 @@ _TRIALS, _GENERATIONS = 16, 40
 _ALIKE, _ALIKE_EXACT, _NEAR = 0.1, 1e-7, 0.1
 # A closer search may leave the extent of its first population by this fraction of it.
 _BEYOND = 0.5
+# SciPy refuses a start at an end of the box if its scaling rounds it to the outside, so a start
+# stays this fraction of the box within.
+_ROUNDING = 1e-6
 # Trials take all components of a new vector, because valleys lie askew to the axes.
 _RECOMBINATION = 1.0
 
@@ -148,7 +151,12 @@ class Search:
     def _evolve(self, population: Floats) -> None:
         """Run a differential evolution, from a population (m, p) or from all over the box."""
         low, high = np.array([each.box for each in self.model.free]).T
-        begin: dict[str, Any] = {"x0": [each.start for each in self.model.free], "init": "sobol"}
+        start = np.array([each.start for each in self.model.free])
+        rounding = _ROUNDING * (high - low)
+        begin: dict[str, Any] = {
+            "x0": np.clip(start, low + rounding, high - rounding),
+            "init": "sobol",
+        }
         if len(population):
             begin = {"init": population}
             ends = np.quantile(population, [0.0, 1.0], axis=0)

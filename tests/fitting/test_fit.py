@@ -111,6 +111,13 @@ def test_the_minimum_does_not_depend_on_the_start(made: None, k: float, gamma: f
     assert np.abs(found.trial.u - usual.trial.u).max() < 1e-3 * known.errors.min()
 
 
+@pytest.mark.parametrize("limits", [(2.5e4, 5e4), (5e4, 1e5), (5e4, 5e6)])
+def test_a_fit_may_start_at_an_end_of_a_range(made: None, limits: tuple[float, float]) -> None:
+    """SciPy rounds these starts to places outside the range, which it would refuse."""
+    found, _ = searched({"T": T, "F_max": forces(**TRUE)}, {"k": limits}, gamma=-0.55)
+    assert math.exp(found.trial.u[0]) == pytest.approx(np.clip(7e4, *limits), rel=1e-5)
+
+
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say(made: None) -> None:
     """With fewer than 90 or more than 99 % they would be dishonest."""
