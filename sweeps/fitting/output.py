@@ -86,7 +86,7 @@ def curve_config(fit: Fit, config: Config) -> Config:
     """Return the config whose sweep is the fitted curve, over the range of the data.
 
     The curve runs along the parameter with the most values, with a curve for each value of a second
-    parameter if these are few. Otherwise the sweep has only the points of the data.
+    parameter if these are few. Otherwise the sweep has only the points of the data, each once.
     """
     data, free = fit.model.data, fit.model.free
     varied = {name: values for name, values in data.parameters.items() if np.ptp(values) > 0}
@@ -106,7 +106,8 @@ def curve_config(fit: Fit, config: Config) -> Config:
         written["sweep"] = {name: _axis(axes[name]) for name in [*axes][:1]}
         written["sweep"] |= {name: axes[name].tolist() for name in others}
     else:
-        written["cases"] = {name: values.tolist() for name, values in varied.items()}
+        points = dict.fromkeys(zip(*(values.tolist() for values in varied.values()), strict=True))
+        written["cases"] = dict(zip(varied, map(list, zip(*points, strict=True)), strict=True))
     return from_mapping(written, "the fitted curve")
 
 
