@@ -14,6 +14,7 @@ from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.charts.labels import with_error
+from sweeps.config.checks import NEAR
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.run import run_in_memory
 from sweeps.fitting.least_squares import Fit
@@ -89,7 +90,8 @@ def curve_config(fit: Fit, config: Config) -> Config:
     parameter if these are few. Otherwise the sweep has only the points of the data, each once.
     """
     data, free = fit.model.data, fit.model.free
-    varied = {name: values for name, values in data.parameters.items() if np.ptp(values) > 0}
+    columns = data.parameters.items()
+    varied = {name: values for name, values in columns if not _is_constant(values)}
     given = {name: float(values[0]) for name, values in data.parameters.items()}
     fitted = {each.name: float(each.value(u)) for each, u in zip(free, fit.trial.u, strict=True)}
     model = fit.model.fixed._asdict() | given | fitted
@@ -109,6 +111,11 @@ def curve_config(fit: Fit, config: Config) -> Config:
         points = dict.fromkeys(zip(*(values.tolist() for values in varied.values()), strict=True))
         written["cases"] = dict(zip(varied, map(list, zip(*points, strict=True)), strict=True))
     return from_mapping(written, "the fitted curve")
+
+
+def _is_constant(values: Floats) -> bool:
+    """Return whether the values of a column differ by rounding at most."""
+    return bool(np.ptp(values) <= NEAR * np.abs(values).max())
 
 
 def _axis(values: Floats) -> dict[str, Any]:

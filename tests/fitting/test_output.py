@@ -36,3 +36,11 @@ def test_points_measured_twice_occur_once_in_the_sweep() -> None:
         "angular_frequency": (10.0, 10.0, 20.0),
         "spring_stiffness": (3e3, 4e3, 3e3),
     }
+
+
+def test_values_that_differ_by_rounding_are_no_axis() -> None:
+    rounded = 1000 * (0.1 + 0.2)
+    assert rounded != 300.0
+    curve = curve_of({"T": [300.0, rounded], "F_max": [1.2e-3, 1.2e-3]})
+    assert not curve.sweep
+    assert curve.model["temperature"] == 300.0
