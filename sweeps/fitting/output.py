@@ -102,6 +102,8 @@ def curve_config(fit: Fit, config: Config) -> Config:
     if np.max(fit.trial.results[:, _PERIODS]) <= PATIENCE.periods:  # as much as the data needed
         written["stationary"]["max_periods"] = min(config.stationary.max_periods, PATIENCE.periods)
     names = ", ".join(each.name for each in free)
+    # Of a run from the start, perhaps with a parameter that the data vary.
+    written["simulation"].pop("schedule", None)
     written["title"] = config.title or f"Fit of {names} to {counted(len(data.value), 'value')}"
     others = [*axes][1:]
     if len(others) <= 1 and all(len(axes[name]) <= _FEW for name in others):

@@ -44,3 +44,11 @@ def test_values_that_differ_by_rounding_are_no_axis() -> None:
     curve = curve_of({"T": [300.0, rounded], "F_max": [1.2e-3, 1.2e-3]})
     assert not curve.sweep
     assert curve.model["temperature"] == 300.0
+
+
+def test_a_schedule_of_a_parameter_in_the_data_does_not_end_the_fit() -> None:
+    table = {"T": [200, 240], "F_max": [2.8e-3, 1.6e-3]}
+    curve = curve_of(table, simulation={"periods": 3, "schedule": {"T": [200, 250]}})
+    assert [*curve.sweep] == ["temperature"]
+    assert curve.simulation.schedule is None
+    assert curve.simulation.periods == 3
