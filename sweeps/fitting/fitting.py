@@ -163,7 +163,8 @@ def fit(
         `degrees_of_freedom` and `reduced_chi2` refer to the data with a fitted value. With a
         posterior: `posterior_draws` along `free_parameter`, `chain` (a walker) and `draw`, and
         `parameter_posterior_lower`, `_median` and `_upper`, the quantiles 2.5, 50 and 97.5 %, which
-        are NaN if the walkers do not agree (`posterior_agreement`, R-hat, is 1.1 or more).
+        are NaN if the walkers do not agree (`posterior_agreement`, R-hat, is 1.1 or more) or their
+        steps are too few (`posterior_settled` is 0).
 
     Raises
     ------

@@ -20,7 +20,7 @@ from sweeps.engine.run import run_in_memory
 from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import PATIENCE
 from sweeps.fitting.parameters import FreeParameter
-from sweeps.fitting.posterior import Posterior
+from sweeps.fitting.posterior import ALIKE, LONG, Posterior
 from sweeps.fitting.statistics import LEVEL, Determination, Statistics
 from sweeps.human import counted
 from sweeps.measurements import Floats
@@ -75,7 +75,7 @@ def fit_dataset(
     data = _of_data(fit, known) | _of_parameters(fit, known, profile)
     if posterior is not None:
         data |= _of_posterior(fit, posterior)
-        about |= _about_posterior(posterior)
+        about |= about_posterior(posterior)
     coords = {
         FREE: (FREE, [each.name for each in fit.model.free]),
         "datum_variable": (DATUM, list(fit.model.data.variable), _named("measured variable")),
@@ -225,7 +225,7 @@ def _of_posterior(fit: Fit, posterior: Posterior) -> dict[str, Any]:
     return variables
 
 
-def _about_posterior(posterior: Posterior) -> dict[str, Any]:
+def about_posterior(posterior: Posterior) -> dict[str, Any]:
     """Return the reliability of a posterior, as attributes of the file."""
     return {
         "posterior_priors": posterior.priors,
@@ -321,11 +321,16 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
     return lines
 
 
-def _posterior_line(ds: xr.Dataset) -> str:
+def posterior_line(ds: xr.Dataset) -> str:
     """Return a sentence on the reliability of the posterior."""
     steps, walkers = int(ds.attrs["posterior_steps"]), ds.sizes[CHAIN]
     agreement = f"R-hat {float(ds.attrs['posterior_agreement']):.3g}"
     if not ds.attrs["posterior_settled"]:
+        if float(ds.attrs["posterior_agreement"]) < ALIKE:
+            return (
+                f"posterior: NOT DETERMINED, since {steps} steps of {walkers} walkers are too few "
+                f"for {LONG:g} autocorrelation times ({agreement})"
+            )
         return (
             f"posterior: NOT DETERMINED, since {walkers} walkers do not agree after {steps} steps "
             f"({agreement}): they change too rarely between basins"
@@ -384,7 +389,7 @@ def _statistic_lines(ds: xr.Dataset) -> list[str]:
     lines.append(f"chi2 {chi2:.6g} with {counted(dof, 'degree')} of freedom{reduced}")
     lines.append(f"errors of the data: {ds.attrs['measurement_errors']}")
     if "posterior_draws" in ds:
-        lines.append(_posterior_line(ds))
+        lines.append(posterior_line(ds))
     if jumps := int((ds.datum_at_jump != 0).sum()):
         data = "a jump of 1 datum bounds" if jumps == 1 else f"jumps of {jumps} data bound"
         lines.append(

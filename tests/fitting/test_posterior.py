@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from stickslip import stationary_orbits
 from stickslip.distributions import Distribution, distribution
@@ -17,6 +18,7 @@ from sweeps.fitting import posterior
 from sweeps.fitting.fitting import best_of, model_of
 from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import Search
+from sweeps.fitting.output import CHAIN, DRAW, about_posterior, posterior_line
 from sweeps.fitting.parameters import PLAIN, FreeError, FreeParameter, priors_of
 from sweeps.fitting.posterior import PosteriorError, posterior_of
 from sweeps.fitting.statistics import Statistics, log_likelihood
@@ -147,6 +149,25 @@ def test_weights_that_do_not_settle_are_reported(monkeypatch: pytest.MonkeyPatch
     found = drawn_from(Hills(lambda u: 100.0 * apart(u)))
     assert not found.settled
     assert found.agreement > 1.1
+    assert "walkers do not agree after 200 steps" in _line_on(found)
+
+
+def test_walkers_that_agree_after_too_few_steps_are_not_said_to_disagree(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(posterior, "MOST_STEPS", 500)
+    found = drawn_from(Hills(plane))
+    assert not found.settled
+    assert found.agreement < 1.1
+    line = _line_on(found)
+    assert "500 steps of 128 walkers are too few for 40 autocorrelation times" in line
+    assert "do not agree" not in line
+
+
+def _line_on(found: posterior.Posterior) -> str:
+    """Return the line of the summary on a posterior."""
+    ds = xr.Dataset({"draws": ((CHAIN, DRAW), found.logs)}, attrs=about_posterior(found))
+    return posterior_line(ds)
 
 
 def test_trials_without_a_value_are_counted_and_many_are_refused() -> None:
