@@ -282,9 +282,9 @@ def _refuse_other_settings(ds: xr.Dataset) -> None:
 
 
 def _quickest(part: xr.Dataset) -> Iterator[Point]:
-    """Yield the point of a part that took the fewest periods; none if no point has a result."""
+    """Yield the computed point that took the fewest periods; none if no point has a result."""
     if "periods_integrated" not in part:
         return
-    periods = trusted(part, "periods_integrated")
+    periods = trusted(part, "periods_integrated").where(part["status"] != Status.INTERPOLATED)
     for place in np.argwhere(periods.values == np.fmin.reduce(periods.values, axis=None))[:1]:
         yield point_of(part.isel(dict(zip(periods.dims, place, strict=True))))

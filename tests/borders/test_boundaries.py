@@ -235,6 +235,20 @@ def test_a_stack_of_results_has_borders_only_if_their_settings_are_the_same() ->
             stack.stickslip.boundaries(0.1)
 
 
+def test_the_settings_of_a_refined_stack_are_those_of_its_computed_points() -> None:
+    """An interpolated point took no periods, and no settings show in it."""
+    refined = {
+        "sweep": {"T": {"linspace": [200, 300], "num": 17}},
+        "refine": {"axes": ["T"], "levels": 2, "where": ["regime", 0.3]},
+    }
+    one, other = (
+        run(settings | refined | {"model": {"K": K}}) for settings, K in ((LOOSE, 3e3), ({}, 4e3))
+    )
+    assert (other.status == Status.INTERPOLATED).any()
+    with pytest.raises(BoundaryError, match=messages.OTHER_SETTINGS):
+        xr.concat([one, other], "spring_stiffness").stickslip.boundaries(0.1)
+
+
 def test_dropped_parameters_are_those_of_the_config_or_refused() -> None:
     rough = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}, "model": {"K": 1000}}
     axes = {"T": {"linspace": [150, 320], "num": 6}, "omega": [10, 40]}
