@@ -297,7 +297,7 @@ def model_of(
     if varied := [*config.sweep, *config.cases]:
         raise FitError(
             f"the config has axes, {', '.join(varied)}: put varied parameters into the data, and "
-            "leave `sweep` and `cases` out"
+            "leave `sweep`, `cases` and `sample` out"
         )
     if both := [name for name in config.model if name in data.parameters]:
         raise FitError(

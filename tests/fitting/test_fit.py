@@ -495,6 +495,7 @@ def test_as_few_data_as_parameters_have_no_intervals(made: None, rows: int, rela
     ("config", "message"),
     [
         ({"sweep": {"T": [200, 250]}}, "the config has axes, temperature"),
+        ({"sample": {"sobol": 4, "T": [200, 250]}}, "temperature: .* and `sample` out"),
         ({"noise": {"treatment": "stochastic"}}, "a mean of random paths cannot be fitted"),
     ],
 )
