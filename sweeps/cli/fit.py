@@ -78,7 +78,13 @@ def fit(
     writes a NetCDF file, a picture, and the config that computes the fitted curve; with
     --posterior also a corner plot, and groups in the file that ArviZ opens.
     """
-    from sweeps.fitting.fitting import fit_measured, odd_values, summary_of
+    from sweeps.fitting.fitting import (
+        FOR_A_POSTERIOR,
+        fit_measured,
+        odd_values,
+        require,
+        summary_of,
+    )
     from sweeps.measurements import read_data
 
     target = output or Path("results") / f"{data.stem}-fit.nc"
@@ -87,6 +93,8 @@ def fit(
     settled = checked_config(config, [*(set_ or []), *changes])
     ranges, measured = _ranges(free), read_data(data)
     priors = _priors(prior or []) if posterior or prior else None
+    if priors is not None:  # the picture comes last, after minutes
+        require("corner", "the picture of a posterior", FOR_A_POSTERIOR)
     for line in odd_values(measured, settled, data):
         say(f"warning: {line}")
     inputs = [data, *([config] if config else [])]

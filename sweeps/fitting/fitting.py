@@ -49,7 +49,8 @@ _AGAIN, _BETTER = 3, 1e-4
 
 # The extras of the same names.
 _FOR_A_FIT = "'uncertainties>=3.2'"
-_FOR_A_POSTERIOR = "'emcee>=3.1' 'corner>=2.2'"
+FOR_A_POSTERIOR = "'emcee>=3.1' 'corner>=2.2'"
+"""What a posterior and its picture need, as arguments of pip."""
 
 
 class FitError(ExpectedError, ValueError):
@@ -216,9 +217,9 @@ def fit_measured(
 
     See `fit`.
     """
-    _require("uncertainties", "a fit", _FOR_A_FIT)
+    require("uncertainties", "a fit", _FOR_A_FIT)
     if priors is not None:
-        _require("emcee", "a posterior", _FOR_A_POSTERIOR)
+        require("emcee", "a posterior", FOR_A_POSTERIOR)
     from sweeps.fitting.output import fit_dataset
 
     with workers_of(config.execution, workers) as able:
@@ -246,7 +247,7 @@ def summary_of(ds: xr.Dataset) -> str:
     """
     if "parameter_value" not in ds:
         raise FitError("this is no fit; make one with `stickslip fit` or `sweeps.fit`")
-    _require("uncertainties", "a fit", _FOR_A_FIT)
+    require("uncertainties", "a fit", _FOR_A_FIT)
     from sweeps.fitting.output import table_of
 
     return "\n".join(table_of(ds))
@@ -317,6 +318,7 @@ def _refuse_profile(model: Model) -> None:
         raise FitError("a profile needs more data than free parameters")
 
 
-def _require(package: str, what: str, needed: str) -> None:
+def require(package: str, what: str, needed: str) -> None:
+    """Raise FitError if a package is missing; `needed` are arguments of pip that install it."""
     if importlib.util.find_spec(package) is None:
         raise FitError(f"{what} needs {package}, which is not installed; try: pip install {needed}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import warnings
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from stickslip.parameters import Parameters
 from stickslip.points import orbit_rows
 from stickslip.status import Status
 from sweeps.files.netcdf import open_result
-from sweeps.fitting import posterior, trials
+from sweeps.fitting import fitting, posterior, trials
 
 T = [170.0, 200.0, 240.0, 280.0]
 
@@ -119,6 +120,20 @@ def test_mistakes_are_reported(command: Command, table: str, arguments: str, mes
     done = command("fit", *arguments.split())
     assert done.code == 2, done.err
     assert message in done.err
+
+
+def test_a_posterior_that_cannot_be_drawn_is_refused_before_the_fit(
+    command: Command, table: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("d.csv").write_text(table)
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "corner" else found(name)
+    )
+    monkeypatch.setattr(fitting, "fit_measured", lambda *_, **__: pytest.fail("it was computed"))
+    done = command("fit", "d.csv", "--free", "k", "--posterior")
+    assert done.code == 2
+    assert "the picture of a posterior needs corner, which is not installed" in done.err
 
 
 def test_temperatures_in_celsius_are_reported_before_the_fit(command: Command) -> None:
