@@ -178,7 +178,8 @@ def fit(
         stochastic film; there is a single free parameter, or no more data than parameters, for a
         profile.
     PosteriorError
-        The fit is exact, or it or too many trials lack a value.
+        The fit is exact, or has as many parameters as data without errors; or it or too many trials
+        lack a value.
     """
     if not isinstance(config, Config):
         config = read_config({} if config is None else config)

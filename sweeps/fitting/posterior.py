@@ -123,13 +123,13 @@ def posterior_of(
 
     `show` gets what is there after each check of the convergence.
 
-    Raises PosteriorError if the fit is exact, so that errors are unknown, or if the fit or too many
-    trials lack a value.
+    Raises PosteriorError if the fit is exact or has as many parameters as data, so that errors are
+    unknown, or if the fit or too many trials lack a value.
     """
     import emcee
     from emcee import moves
 
-    if search.is_exact(fit) or not fit.scale > 0.0:
+    if search.is_exact(fit) or fit.scale == 0.0:
         raise PosteriorError(
             "the fit matches the data exactly: without errors there are no probabilities"
         )
@@ -138,6 +138,11 @@ def posterior_of(
             f"{int((~fit.trial.known).sum())} of {fit.trial.known.size} data "
             "have no fitted value: without their orbits the draws would be biased; give narrower "
             "ranges, or leave out data that no orbit describes"
+        )
+    if math.isnan(fit.scale):
+        raise PosteriorError(
+            "the data have no errors, and are no more than the free parameters, so that their "
+            "scatter does not show the errors either: give errors, more data or fewer parameters"
         )
     rng = np.random.default_rng(_SEED)
     count = max(WALKERS, 8 * len(search.model.free))

@@ -183,6 +183,12 @@ def test_a_fit_without_all_values_has_no_posterior() -> None:
         drawn_from(Hills(plane, lacking=lambda _: True))
 
 
+def test_as_many_parameters_as_data_without_errors_have_no_posterior() -> None:
+    """Such a fit need not be exact, for example at a bound."""
+    with pytest.raises(PosteriorError, match="no more than the free parameters"):
+        drawn_from(Hills(plane, relative=True))
+
+
 def test_a_trial_without_any_value_may_be_as_probable_as_can_be() -> None:
     model: Any = Hills(plane, relative=True)
     minimum = model.trial(np.zeros(2))
