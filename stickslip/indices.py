@@ -160,6 +160,16 @@ def indices_of(
     used = np.asarray((np.isfinite(outputs) & computed).all(axis=(0, 1)))
     lost = int((~used).sum())
     if lost > largest_missing * used.size or used.sum() < 2:
+        rare = [
+            name
+            for name, values in zip(results, outputs, strict=True)
+            if not RESULTS[name].always and np.isnan(values[computed]).any()
+        ]
+        if rare and (~computed).any(axis=0).sum() <= largest_missing * used.size:
+            raise BoxError(
+                f"of: not every motion in the box has {' and '.join(rare)}; leave it out, or "
+                "take a box of one kind of motion"
+            )
         raise BoxError(
             f"{lost} of {used.size} base points include a point without a result; this is more "
             f"than the share {largest_missing:.3g}, so the indices would describe another box; "

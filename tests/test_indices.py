@@ -85,6 +85,16 @@ def test_too_many_points_without_a_result_are_refused(design: Design) -> None:
     indices_of(design, rows, ["friction_force_amplitude"], largest_missing=0.03)
 
 
+def test_a_variable_that_few_motions_have_is_refused_by_name(design: Design) -> None:
+    """All points have a result, so neither more periods nor a larger share would help."""
+    amplitudes = ishigami(design)
+    rows = rows_with(
+        friction_force_amplitude=amplitudes, lyapunov_exponent=np.full_like(amplitudes, np.nan)
+    )
+    with pytest.raises(BoxError, match="not every motion in the box has lyapunov_exponent;"):
+        indices_of(design, rows, ["friction_force_amplitude", "lyapunov_exponent"])
+
+
 def test_a_result_that_does_not_vary_has_no_indices(design: Design) -> None:
     rows = rows_with(
         friction_force_amplitude=ishigami(design),
