@@ -99,6 +99,8 @@ def sensitivity_indices(
     ParameterError, TypeError, OptionError, NoiseError
         As for `stationary_orbits`.
     """
+    refuse_confidence(confidence)
+    refuse_share(largest_missing)
     ranges, fixed = box_of(box)
     results, chosen = results_named(of), options_for_orbits(**options)
     design = Design.of(ranges, base_points, seed)
@@ -151,8 +153,6 @@ def indices_of(
     """Return the indices of results from the rows ((d + 2) n, columns) of a design."""
     import xarray as xr
 
-    refuse_confidence(confidence)
-    refuse_share(largest_missing)
     shape = (len(design.box) + 2, -1)
     outputs = np.stack([rows[:, RESULT_COLUMNS.index(r)].reshape(shape) for r in results])
     # Counts of a point without a result are finite: -1, or the periods in vain.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import sobol_indices
 
-from stickslip import ParameterError, sensitivity_indices, stationary_orbits
+from stickslip import ParameterError, indices, sensitivity_indices, stationary_orbits
 from stickslip.boxes import BoxError, Design
 from stickslip.distributions import Range
 from stickslip.indices import indices_of, saltelli
@@ -191,5 +192,18 @@ def test_base_points_are_a_power_of_2_and_results_have_names() -> None:
         sensitivity_indices({"T": (200, 280)}, base_points=1000)
     with pytest.raises(BoxError, match="no result force; there are elastic_stress_amplitude"):
         sensitivity_indices({"T": (200, 280)}, of="force")
-    with pytest.raises(BoxError, match="confidence must be between 0 and 1"):
-        sensitivity_indices({"T": (255, 300), "gamma": 0}, base_points=2, confidence=95)
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"confidence": 95}, "confidence must be between 0 and 1, not 95"),
+        ({"largest_missing": 2}, "the largest share of missing base points must be from 0 to 1"),
+    ],
+)
+def test_levels_and_shares_are_refused_before_anything_is_computed(
+    monkeypatch: pytest.MonkeyPatch, limits: dict[str, Any], message: str
+) -> None:
+    monkeypatch.setattr(indices, "orbit_rows", lambda *_: pytest.fail("orbits were computed"))
+    with pytest.raises(BoxError, match=message):
+        sensitivity_indices({"T": (255, 300)}, base_points=2, **limits)
