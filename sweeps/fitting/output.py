@@ -137,7 +137,8 @@ def _of_data(fit: Fit, known: Statistics) -> dict[str, Any]:
     errors = data.error * np.sqrt(fit.reduced) if data.relative else data.error
     with np.errstate(invalid="ignore", divide="ignore"):  # an exact fit has no errors
         residuals = (data.value - trial.fitted) / errors
-    jumps = np.where(fit.at_jump, 1, np.where(known.jumps, 2, 0))
+    # A datum without a periodic orbit has no derivative, but need not be near a jump.
+    jumps = np.where(fit.left_out, 1, np.where(known.jumps, 2, 0))
     unit = "in the unit of the variable, datum_variable"
     off = "measured minus fitted value, in standard errors"
     changes = "whether the motion changes within the step of a derivative, or within the intervals"

@@ -5,12 +5,21 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
+import xarray as xr
 
+from stickslip.orbit import failed_row
+from stickslip.regime import Regime
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
+from sweeps.fitting import output
 from sweeps.fitting.fitting import model_of
 from sweeps.fitting.least_squares import Fit
 from sweeps.fitting.minima import GLANCE
-from sweeps.fitting.output import curve_config
+from sweeps.fitting.output import curve_config, fit_dataset
+from sweeps.fitting.statistics import statistics_of
+from sweeps.fitting.trials import Trial
 from sweeps.measurements import read_data
 
 ROUGH = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
@@ -52,3 +61,19 @@ def test_a_schedule_of_a_parameter_in_the_data_does_not_end_the_fit() -> None:
     assert [*curve.sweep] == ["temperature"]
     assert curve.simulation.schedule is None
     assert curve.simulation.periods == 3
+
+
+def test_a_motion_that_never_closes_is_not_said_to_be_at_a_jump(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It has no derivative either, but it counts in chi2 and in the ends of intervals."""
+    monkeypatch.setattr(output, "run_in_memory", lambda *_, **__: xr.Dataset())
+    table = {"T": [200, 240, 280], "F_max": [2.8e-3, 1.6e-3, 1.2e-3]}
+    model = model_of(read_data(table), "k", from_mapping({}))
+    rows = np.array([failed_row(code) for code in (Status.APERIODIC, Status.OK, Status.OK)])
+    rows[0, RESULT_COLUMNS.index("regime")] = Regime.APERIODIC
+    trial = Trial(np.array([model.free[0].start]), model.data.value, np.full(3, 0.1), rows)
+    fit = Fit(model, trial, np.ones((3, 1)), np.array([True, True, False]))
+    known = statistics_of(fit)
+    ds = fit_dataset(fit, known, from_mapping({}), None, None, 1)
+    assert ds.datum_at_jump.values.tolist() == [0, 1, 0]
