@@ -218,6 +218,11 @@ def exact_text(value: float) -> str:
     fraction = Fraction(value).limit_denominator(_LARGEST_DENOMINATOR)
     if abs(fraction) < _LARGEST_FRACTION and float(fraction) == value:
         return str(fraction)
+    return decimal_text(value)
+
+
+def decimal_text(value: float) -> str:
+    """Return the shortest decimal that reads as the same number, such as `-0.6666666666666666`."""
     return _tidied(repr(value))
 
 

@@ -24,7 +24,7 @@ from sweeps.charts.labels import parameters_along, shown_number, slice_label
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Integrator, Simulation
 from sweeps.config.yaml_writer import block_yaml
-from sweeps.page.controls import Scale, exact_text, scales_of
+from sweeps.page.controls import Scale, decimal_text, exact_text, scales_of
 from sweeps.points import Point, PointError, curve_or_map, point_of
 
 _SECTIONS = ("integrator", "stationary", "noise", "film")  # of a config: how a point is computed
@@ -223,7 +223,8 @@ def place_of(shown_point: ShownPoint, result: xr.Dataset | None) -> dict[str, st
         return None
     values = {dim: result[dim].values[at] for dim, at in shown_point.place.items()}
     return {
-        _AT + dim: exact_text(float(value)) if value.dtype.kind in "fiu" else str(value)
+        # The script of the page, which looks for it along the axis, does not read -2/3.
+        _AT + dim: decimal_text(float(value)) if value.dtype.kind in "fiu" else str(value)
         for dim, value in values.items()
     }
 

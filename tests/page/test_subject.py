@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 from support import messages
+from support.pictures import sweep
 
 from stickslip import Parameters
 from stickslip.variables import PARAMETERS
@@ -199,6 +201,13 @@ def test_a_point_of_a_file(result: xr.Dataset):
     again = point_of_address(parts, result)
     assert again.place == shown_point.place
     assert again.point.parameters == shown_point.point.parameters
+
+
+def test_the_place_of_a_point_is_in_decimals_which_the_script_reads():
+    thirds = sweep(temperature=[200.0, 250.0], rheological_index=[-2 / 3, -1 / 3, 0.0])
+    for at, text in enumerate(("-0.6666666666666666", "-0.3333333333333333", "0")):
+        shown_point = replace(subject_of_paper().first, place={"rheological_index": at})
+        assert place_of(shown_point, thirds) == {"at.rheological_index": text}
 
 
 @pytest.mark.parametrize(
