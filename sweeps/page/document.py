@@ -130,7 +130,7 @@ def page_of(
         `ds` is not the result of a sweep, or has too many points for a page; `at` names no points;
         the borders belong to another map.
     """
-    part, where = _part_of(ds, name, at)
+    part, where = part_of(ds, name, at)
     if borders is not None:
         _refuse_other_borders(part, borders)
     part = ordered(part, named=borders is None)
@@ -155,7 +155,7 @@ def served(subject: Subject) -> bytes:
     result, data, hosts = subject.result, dict(_EMPTY), dict[str, Model]()
     parts = dict.fromkeys(_PARTS, "")
     if result is not None:
-        part = ordered(_part_of(result, subject.name, ())[0], named=subject.borders is None)
+        part = ordered(part_of(result, subject.name, ())[0], named=subject.borders is None)
         more, data, hosts = _of_result(
             part, subject.name, subject.at, subject.borders, with_orbits=True
         )
@@ -176,7 +176,7 @@ def served(subject: Subject) -> bytes:
     return _page(title, parts, data, hosts | _motion_hosts(_SERVED_PORTRAIT), served=True)
 
 
-def _part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str]:
+def part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str]:
     """Return the points of a result on the page and where they are; raises ReportError."""
     if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
         raise ReportError(

@@ -22,10 +22,15 @@ _FRAMES = "frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
 
 
 def server_of(subject: Subject, port: int = 0) -> PageServer:
-    """Return the server of a page; raises PortError, and ReportError if Bokeh is missing."""
-    require_bokeh()
-    from sweeps.page.document import served  # Bokeh takes long to import
+    """Return the server of a page.
 
+    Raises PortError, and ReportError if Bokeh is missing or the result has too many points.
+    """
+    require_bokeh()
+    from sweeps.page.document import part_of, served  # Bokeh takes long to import
+
+    if subject.result is not None:
+        part_of(subject.result, subject.name, ())  # now, not at the first request
     turns = Turns()
     text = cache(lambda: served(subject))  # the same for every request
 

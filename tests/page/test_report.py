@@ -117,6 +117,8 @@ def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
     with pytest.raises(ReportError, match=r"162 points, and a page holds 10.*--at temperature=200"):
         write_report(ds, tmp_path / "b.html", name="b.nc")
     assert not (tmp_path / "b.html").exists()
+    with pytest.raises(ReportError, match="162 points, and a page holds 10"):
+        explore(ds)
 
 
 def test_a_trajectory_is_not_the_result_of_a_sweep(ds: xr.Dataset, tmp_path: Path) -> None:
