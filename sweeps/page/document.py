@@ -87,6 +87,7 @@ _EMPTY: dict[str, Any] = {
     "parameters": [],
     "variables": [],
     "replay": "",
+    "fewestDigits": 4,
     "orbits": [],
 }
 
@@ -236,6 +237,8 @@ def _of_result(
         "parameters": [parameter(ds, name) for name in parameters_of(ds)],
         "variables": [variable(ds, name, colours) for name, colours in variables.items()],
         "replay": escape(shlex.join(["stickslip", "replay", name, *sliced])),
+        # Of values along axes; those of a slice have neighbours in the file that the page lacks.
+        "fewestDigits": 17 if any("," in text for text in at) else _EMPTY["fewestDigits"],
     }
     parts = {
         "look": "" if views else "absent" if with_orbits else "single",

@@ -106,8 +106,11 @@ def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
 ) -> None:
     write_report(ds, tmp_path / "a.html", name="a.nc", at=["gamma=0"], orbits=0)
     assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
+    assert payload_of(tmp_path / "a.html")["fewestDigits"] == 4
     some = ["gamma=0", "T=200,250"]
     write_report(ds, tmp_path / "a.html", name="a.nc", at=some, orbits=0)
+    # Rounded values may be nearest to points of the file between these two.
+    assert payload_of(tmp_path / "a.html")["fewestDigits"] == 17
     assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
     # Both values are nearest to one point.
     write_report(ds, tmp_path / "a.html", name="a.nc", at=["T=250,251"], orbits=0)

@@ -18,11 +18,11 @@ function risingAlong(axis) {
   return rising.get(axis);
 }
 
-// A value with as few digits as distinguish it from the others.
+// A value with as few digits as distinguish it from the others in the file.
 function valueText(axis, at) {
   const value = valuesAlong(axis)[at];
   if (typeof value === "string") return value;
-  for (let digits = 4; digits < 17; digits++) {
+  for (let digits = page.fewestDigits; digits < 17; digits++) {
     const text = String(Number(value.toPrecision(digits)));
     if (placeAlong(axis, text) === at) return text;
   }
