@@ -155,8 +155,9 @@ def nearest_chosen(ds: xr.Dataset, chosen: Numbers) -> NDArray[np.uint16]:
 def _kinds(ds: xr.Dataset) -> NDArray[np.int64]:
     """Return the regime of every point; a number below 0 encodes a status without a result."""
     status = ds["status"].values.astype(np.int64)
-    regime = ds["regime"].values.astype(np.int64) if "regime" in ds else np.zeros_like(status)
-    return np.where(np.isin(status, RESULT_STATUSES), regime, -1 - status).ravel()
+    regime = ds["regime"].values if "regime" in ds else np.zeros_like(status)
+    kinds = np.where(np.isin(status, RESULT_STATUSES), regime, -1 - status)
+    return kinds.ravel().astype(np.int64)  # a masked regime is NaN, but not here
 
 
 def _points(ds: xr.Dataset) -> NDArray[np.float64]:

@@ -20,6 +20,7 @@ from bokeh.layouts import column
 from bokeh.models import Model
 from bokeh.resources import Resources
 
+from stickslip.status import Status
 from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.charts.axes import axis_of
@@ -189,6 +190,8 @@ def part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, s
         part, where = slice_at(ds.squeeze(), at)
     except ValueError as error:
         raise ReportError(str(error)) from None
+    if part["status"].dtype.kind == "f":  # of `StickslipAccessor.ok`, where NaN masks a point
+        part = part.assign(status=part["status"].fillna(Status.PENDING).astype("i1"))
     points = part["status"].size
     if points > MOST_POINTS:
         longest = max(part.sizes, key=lambda dim: part.sizes[dim])

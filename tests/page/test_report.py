@@ -135,6 +135,13 @@ def test_the_accessor_writes_it_too(ds: xr.Dataset, tmp_path: Path) -> None:
     assert part.stickslip.report(tmp_path / "a.html").exists()
 
 
+def test_masked_points_have_no_result_on_a_page(ds: xr.Dataset, tmp_path: Path) -> None:
+    ds.stickslip.ok().isel(temperature=[0, 1]).stickslip.report(tmp_path / "a.html")
+    text = (tmp_path / "a.html").read_text("utf-8")
+    assert "Every point that was computed has a result." in text
+    assert "<td>pending</td><td>1</td>" in text
+
+
 @pytest.fixture
 def opened(tabs: Tabs, page: Path) -> Iterator[Any]:
     """Open the page in a tab, which must have no errors and request nothing from elsewhere."""
