@@ -51,7 +51,7 @@ from sweeps.page.script_data import (
 from sweeps.page.sheets import (
     Sheet,
     View,
-    mappers_of,
+    colour_mappers,
     ordered,
     sheets_along,
     sheets_of,
@@ -276,7 +276,7 @@ def _charts(
 
     All figures and the sources that fill them are tags of a host, so that Bokeh includes them.
     """
-    mappers = mappers_of(variables)
+    mappers = colour_mappers()
     of_views = [dict(sheets_of(ds, view, variables, mappers, borders)) for view in views]
     dims = dict.fromkeys(d for v in views if v.kind == "map" for d in (v.across, v.up) if d)
     along = {dim: dict(sheets_along(ds, dim, variables, mappers)) for dim in dims}

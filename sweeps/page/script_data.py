@@ -134,7 +134,7 @@ def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[Column
     bits = np.array([list(values).index(name) for name in heights], dtype=np.uint32)
     weights = np.uint32(1) << bits
     for dim in map(str, ds["status"].dims):
-        if dim != DIRECTION:
+        if dim != DIRECTION and heights:
             found = _jumps_along(ds, dim, np.stack([*heights.values()]))
             jumping = np.tensordot(weights, found.astype(np.uint32), axes=1)
             yield _source(f"jumps along {dim}", jumping)

@@ -22,6 +22,7 @@ from bokeh.models import (
     SingleIntervalTicker,
     Span,
 )
+from bokeh.palettes import Viridis256
 
 from sweeps.charts.axes import (
     STRIP,
@@ -38,7 +39,7 @@ from sweeps.charts.choice import Choice
 from sweeps.charts.colours import GREY, Colours
 from sweeps.charts.labels import parameters_along
 from sweeps.grid import CASE, DIRECTION
-from sweeps.page.drawing import add_borders, add_colour_bar, draw, palette_of
+from sweeps.page.drawing import add_borders, add_colour_bar, draw
 from sweeps.page.script_data import symbol_of
 
 Sheet: TypeAlias = tuple[Model, dict[str, Any]]
@@ -111,11 +112,10 @@ def _is_unordered(ds: xr.Dataset, dim: str) -> bool:
     return dim == CASE and is_scattered(ds, dim)
 
 
-def mappers_of(variables: Mapping[str, Colours]) -> dict[str, ColorMapper]:
+def colour_mappers() -> dict[str, ColorMapper]:
     """Return the colour mapper of each scale; the script sets its ends, or the colours of kinds."""
-    numbers = next(colours for colours in variables.values() if not colours.codes)
     # With ends, or Bokeh would look for some among values that may have no logarithm.
-    look = {"palette": palette_of(numbers), "nan_color": GREY, "low": 1.0, "high": 10.0}
+    look = {"palette": Viridis256, "nan_color": GREY, "low": 1.0, "high": 10.0}
     linear = LinearColorMapper(name="colours linear", **look)
     return {"linear": linear, "log": LogColorMapper(name="colours log", **look), "kinds": linear}
 

@@ -142,6 +142,14 @@ def test_masked_points_have_no_result_on_a_page(ds: xr.Dataset, tmp_path: Path) 
     assert "<td>pending</td><td>1</td>" in text
 
 
+def test_kinds_alone_have_a_page(ds: xr.Dataset, tmp_path: Path) -> None:
+    kinds = ds[["status", "regime"]]
+    write_report(kinds, tmp_path / "a.html", name="a.nc", orbits=0)
+    data = payload_of(tmp_path / "a.html")
+    assert [variable["name"] for variable in data["variables"]] == ["regime", "status"]
+    assert all("kinds" in view for view in data["views"])
+
+
 @pytest.fixture
 def opened(tabs: Tabs, page: Path) -> Iterator[Any]:
     """Open the page in a tab, which must have no errors and request nothing from elsewhere."""

@@ -10,7 +10,7 @@ pytest.importorskip("bokeh", reason="bokeh is not installed")
 import xarray as xr
 
 from sweeps.page.script_data import variables_of
-from sweeps.page.sheets import View, mappers_of, ordered, sheets_of
+from sweeps.page.sheets import View, colour_mappers, ordered, sheets_of
 
 BORDERS = described(
     xr.Dataset(
@@ -33,7 +33,7 @@ def test_a_map_with_borders_has_no_names_on_its_axes():
     for borders in (None, BORDERS):
         ds = ordered(few, named=borders is None)
         variables, view = variables_of(ds), View("map", "temperature", "rheological_index")
-        _, about = dict(sheets_of(ds, view, variables, mappers_of(variables), borders))["linear"]
+        _, about = dict(sheets_of(ds, view, variables, colour_mappers(), borders))["linear"]
         rulers.append(about["y"]["places"])
     assert rulers == [[0.0, 1.0, 2.0], [-0.25, 0.0, 0.5]]
     assert ds["rheological_index"].values.tolist() == rulers[1]
