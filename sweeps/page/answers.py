@@ -46,7 +46,7 @@ from sweeps.page.turns import (
     failed,
     prepare,
 )
-from sweeps.points import periods_of
+from sweeps.points import Start, periods_of
 
 TAB, NUMBER = "tab", "number"
 """The keys for the tab and the number of a request; all other keys belong to an address."""
@@ -107,7 +107,8 @@ def point_data(shown_point: ShownPoint, result: xr.Dataset | None) -> dict[str, 
 def _motion_data(motion: Motion) -> dict[str, Any]:
     """Return the courses of a motion, its numbers and the texts about it."""
     orbit, shown_point = motion.orbit, motion.shown_point
-    periods = periods_of(orbit) if orbit and orbit.status.is_result else 1
+    periods = periods_of(orbit) if orbit else 1
+    start: Start = "stationary" if orbit and orbit.status.is_result else "initial"
     numbers = shown_point.point.parameters._asdict()
     if orbit:
         numbers |= {name: getattr(orbit, name) for name in RESULTS}
@@ -121,8 +122,8 @@ def _motion_data(motion: Motion) -> dict[str, Any]:
         "shown": {name: v if math.isfinite(v) else None for name, v in shown.items()},
         "summary": summary_html(motion),
         "kept": _kept_html(motion),
-        "config": config_text(shown_point, periods),
-        "command": command_text(shown_point, periods),
+        "config": config_text(shown_point, periods, start),
+        "command": command_text(shown_point, periods, start),
     }
 
 

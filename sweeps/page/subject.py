@@ -25,7 +25,7 @@ from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Integrator, Simulation
 from sweeps.config.yaml_writer import block_yaml
 from sweeps.page.controls import Scale, decimal_text, exact_text, scales_of
-from sweeps.points import Point, PointError, curve_or_map, point_of
+from sweeps.points import Point, PointError, Start, curve_or_map, point_of
 
 _SECTIONS = ("integrator", "stationary", "noise", "film")  # of a config: how a point is computed
 _AT = "at."
@@ -148,20 +148,20 @@ def _adaptive(config: Config) -> tuple[Config, tuple[str, ...]]:
 # --- a point as text to copy: a config, or a command line -----------------------------------------
 
 
-def config_text(shown_point: ShownPoint, periods: int = 1) -> str:
+def config_text(shown_point: ShownPoint, periods: int = 1, start: Start = "stationary") -> str:
     """Return a config of the point alone, for `stickslip sweep` and `simulate`."""
     config = shown_point.config
     written: dict[str, Any] = {
         "model": _changed_parameters(config.parameters()),
         **_changed_settings(config),
-        "simulation": {"periods": periods, "start": "stationary"},
+        "simulation": {"periods": periods, "start": start},
     }
     return _remark(shown_point, "below") + block_yaml(written)
 
 
-def command_text(shown_point: ShownPoint, periods: int = 1) -> str:
-    """Return the command that computes the time courses over the orbit of the point."""
-    changes = _changes_text(shown_point) | {"simulation.start": "stationary"}
+def command_text(shown_point: ShownPoint, periods: int = 1, start: Start = "stationary") -> str:
+    """Return the command that computes the time courses of the point, over its orbit by default."""
+    changes = _changes_text(shown_point) | {"simulation.start": start}
     words = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
     command = shlex.join(["stickslip", "simulate", *words, "--periods", str(periods)])
     return _remark(shown_point, "of this command") + command

@@ -104,6 +104,15 @@ def test_a_film_without_noise_that_begins_solid_has_its_numbers():
     assert found["shown"]["friction_force_amplitude"] == 1e3 * orbit.friction_force_amplitude
 
 
+def test_the_texts_of_a_point_without_an_orbit_give_the_motion_that_is_drawn():
+    """From its start, since `start: stationary` is refused there."""
+    found = answer({"T": "250", "stationary.max_periods": "1"})
+    config = from_yaml(found["config"])
+    assert (config.simulation.start, config.simulation.periods) == ("initial", 6)
+    assert found["periods"] == pytest.approx(6)
+    assert "--set simulation.start=initial --periods 6" in found["command"]
+
+
 def test_an_invalid_value_is_refused_by_the_name_of_its_box():
     found = answer({"T": "-5", "k": "1,5", "K": "2000"})
     assert found["state"] == "refused"
