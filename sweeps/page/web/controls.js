@@ -111,10 +111,10 @@ function askFor(changes) {
   ask({ ...state.wanted, ...changes });
 }
 
-// Choose a setting; other settings of the noise in the config may not fit it.
+// Choose a setting; other settings of the noise, and the identity of a law, may not fit it.
 function choose(key, text) {
-  const section = key.split(".")[0];
-  const others = Object.keys(state.wanted).filter((one) => section === "noise" && one.startsWith("noise."));
+  const unfit = { "noise.treatment": "noise.", "film.friction": "film.law" }[key];
+  const others = Object.keys(state.wanted).filter((one) => unfit && one.startsWith(unfit));
   for (const other of others) delete state.wanted[other];
   askFor({ [key]: text, ...(key === "integrator.rtol" && { "stationary.rtol": text }) });
 }

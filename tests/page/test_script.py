@@ -1,0 +1,61 @@
+"""What the script of a served page asks the server for, in Node without a browser."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("bokeh", reason="bokeh is not installed")
+pytest.importorskip("playwright", reason="playwright is not installed")
+import playwright
+
+from sweeps.page.document import MODULES, served
+from sweeps.page.subject import Subject, subject_of_paper
+
+NODE = Path(playwright.__file__).parent / "driver" / "node"
+FOLDER = Path(__file__).parents[2] / "sweeps" / "page" / "web"
+# The parts of a browser that the script needs as it begins, and all that it draws.
+BROWSER = """
+const made = {};
+const part = (id) => made[id] ??= { id, options: [], querySelectorAll: () => [] };
+part("data").textContent = DATA;
+const document = { getElementById: part };
+const named = (name) => ({ data: { values: VALUES[name] } });
+const Bokeh = { documents: [{ get_model_by_name: named }] };
+const crypto = { getRandomValues: (numbers) => numbers };
+"""
+DRAWS_NOTHING = "draw = remember = showControls = drawMotion = showCopies = () => {};"
+ASKS = "const requests = []; ask = (parts) => { requests.push(parts); state.wanted = parts; };"
+
+
+def told(subject: Subject, script: str, values: dict[str, list[float]] | None = None) -> Any:
+    """Return what an expression in the scope of the script gives; `values` lie along axes."""
+    if not NODE.exists():
+        pytest.skip("the Node of playwright is not there")
+    page = served(subject).decode()
+    found = re.search(r'type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    assert found
+    along = {f"values of {name}": numbers for name, numbers in (values or {}).items()}
+    given = f"const DATA = {json.dumps(found[1])}, VALUES = {json.dumps(along)};"
+    modules = [(FOLDER / f"{name}.js").read_text("utf-8") for name in MODULES[:-1]]
+    text = "\n".join([given, BROWSER, *modules, DRAWS_NOTHING, ASKS, script])
+    done = subprocess.run([NODE, "-"], input=text, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_another_law_is_asked_for_without_the_identity_of_the_last_one():
+    """A law of ours with it would be refused."""
+    film = '"film.friction": "limited", "film.law": "its-package-1.0+00"'
+    script = f"""
+        state.wanted = {{ temperature: "250", {film}, "film.strain": "relaxing" }};
+        choose("film.friction", "power-law");
+        console.log(JSON.stringify(requests));
+    """
+    law = {"film.friction": "power-law", "film.strain": "relaxing"}
+    assert told(subject_of_paper(), script) == [{"temperature": "250", **law}]
