@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from support.pictures import sweep
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 pytest.importorskip("playwright", reason="playwright is not installed")
@@ -59,3 +61,23 @@ def test_another_law_is_asked_for_without_the_identity_of_the_last_one():
     """
     law = {"film.friction": "power-law", "film.strain": "relaxing"}
     assert told(subject_of_paper(), script) == [{"temperature": "250", **law}]
+
+
+@pytest.mark.parametrize("is_of_file", [True, False])
+def test_the_open_point_of_the_file_moves_with_the_slice(is_of_file: bool):
+    """Otherwise its mark and its numbers would be at a point that is not open."""
+    axes = {"temperature": [200.0, 250.0], "spring_stiffness": [500.0, 1000.0]}
+    axes |= {"rheological_index": [-0.5, 0.5]}
+    result = sweep(**axes).assign_attrs(config="{}")
+    subject = replace(subject_of_paper(), result=result)
+    script = f"""
+        state.place = [1, 0, 0];
+        state.pinned = {str(is_of_file).lower()};
+        inputs.push({{ value: "1" }}, {{ value: "0" }}, {{ value: "1" }});
+        read({{ target: {{ type: "range" }} }});
+        console.log(JSON.stringify([state.place, requests]));
+    """
+    place, requests = told(subject, script, axes)
+    assert place == [1, 0, 1]
+    there = {"at.temperature": "250", "at.spring_stiffness": "500", "at.rheological_index": "0.5"}
+    assert requests == ([there] if is_of_file else [])

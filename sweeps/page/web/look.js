@@ -68,7 +68,7 @@ function release() {
   if (state.pinned && !live) change({ pinned: false });
 }
 
-// Read the controls. Errors get a logarithmic scale.
+// Read the controls. Errors get a logarithmic scale. An open point of the file moves with the slice.
 function read({ target }) {
   const [view, variable] = [views[element("view").selectedIndex], variables[element("variable").selectedIndex]];
   if (target.id === "variable") element("log").checked = !variable.names && variable.name.includes("error");
@@ -76,6 +76,7 @@ function read({ target }) {
   const log = element("log").checked && !variable.names;
   const sliced = live ? { place } : { place, pinned: false };
   change(target.type === "range" ? sliced : { view, variable, log, ...(view !== state.view && { zoom: null }) });
+  if (target.type === "range" && live && state.pinned) ask(partsOfPlace(place));
 }
 
 // --- keys: whether they go across or up, and how far ---
