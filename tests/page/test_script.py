@@ -81,3 +81,20 @@ def test_the_open_point_of_the_file_moves_with_the_slice(is_of_file: bool):
     assert place == [1, 0, 1]
     there = {"at.temperature": "250", "at.spring_stiffness": "500", "at.rheological_index": "0.5"}
     assert requests == ([there] if is_of_file else [])
+
+
+@pytest.mark.parametrize("waiting", ["null", "{}"])
+def test_an_answer_leaves_the_pin_where_a_key_has_moved_it_meanwhile(waiting: str):
+    """Otherwise the next key would move it from a point that it has left."""
+    axes = {"temperature": [200.0, 210.0, 220.0], "spring_stiffness": [500.0, 1000.0]}
+    result = sweep(**axes).assign_attrs(config="{}")
+    subject = replace(subject_of_paper(), result=result)
+    script = f"""
+        state.place = [2, 0];
+        state.pinned = true;
+        next = {waiting};
+        const at = {{ "at.temperature": "210", "at.spring_stiffness": "500" }};
+        showAnswer({{ courses: null, at }});
+        console.log(JSON.stringify(state.place));
+    """
+    assert told(subject, script, axes) == ([1, 0] if waiting == "null" else [2, 0])

@@ -81,16 +81,16 @@ function showAnswer(answer) {
   const { courses, periods, kept, at, parts } = answer;
   const data = courses && Object.fromEntries(Object.entries(courses).map(([name, text]) => [name, unpacked(text)]));
   state.opened = answer;
-  if (!next) { // otherwise a slider that was moved meanwhile would jump back
+  if (!next) { // otherwise a slider that was moved meanwhile, or the pin, would jump back
     state.wanted = { ...parts };
     showControls(answer);
+    state.pinned = Boolean(at);
+    if (at) for (const [axis, { name }] of axes.entries()) state.place[axis] = placeAlong(axis, at[`at.${name}`]) ?? state.place[axis];
   }
   element("where").textContent = answer.label;
   element("orbit-words").innerHTML = answer.summary;
   drawMotion({ data, periods, words: kept, parts: at ?? parts });
   showCopies(answer);
-  state.pinned = Boolean(at);
-  if (at) for (const [axis, { name }] of axes.entries()) state.place[axis] = placeAlong(axis, at[`at.${name}`]) ?? state.place[axis];
   if (views.length) draw();
   remember();
 }
