@@ -98,3 +98,21 @@ def test_an_answer_leaves_the_pin_where_a_key_has_moved_it_meanwhile(waiting: st
         console.log(JSON.stringify(state.place));
     """
     assert told(subject, script, axes) == ([1, 0] if waiting == "null" else [2, 0])
+
+
+@pytest.mark.parametrize("show", ["showRefusal", "showRefusedAddress"])
+def test_after_a_refusal_the_pin_is_at_the_open_point(show: str):
+    """Otherwise the address of the page would open another one."""
+    axes = {"temperature": [200.0, 210.0, 220.0], "spring_stiffness": [500.0, 1000.0]}
+    result = sweep(**axes).assign_attrs(config="{}")
+    subject = replace(subject_of_paper(), result=result)
+    script = f"""
+        state.opened = {{ ...live.first, parts: {{ temperature: "210" }} }};
+        state.opened.at = {{ "at.temperature": "210", "at.spring_stiffness": "500" }};
+        state.place = [0, 1];
+        complain = () => {{}};
+        showRefusals = () => {{}};
+        {show}({{ refused: {{ temperature: "too cold" }}, parts: {{ temperature: "-5" }} }});
+        console.log(JSON.stringify([state.pinned, state.place, requests]));
+    """
+    assert told(subject, script, axes) == [True, [1, 0], []]

@@ -89,6 +89,15 @@ function showRefusal({ refused, sentence, parts }) {
   showRefusals();
   if (!refusals.size) complain([`This point cannot be shown: ${sentence}.`]);
   else if (!next && Object.entries(state.wanted).some(([key, text]) => shown[key] !== text)) ask(state.wanted);
+  goOn();
+}
+
+// After a refusal the open point stays as it is, unless another one was requested.
+function goOn() {
+  if (next || flight) return;
+  pinOpened();
+  if (views.length) draw();
+  remember();
 }
 
 // An address that is refused changes nothing; a page that it was to open opens as without an address.
@@ -97,7 +106,10 @@ function showRefusedAddress({ refused, sentence }) {
   const { hidden, textContent } = element("strange");
   element("strange").textContent = `${hidden ? "" : `${textContent} `}This page cannot show the address: ${words}.`;
   element("strange").hidden = false;
-  if (state.opened) state.wanted = { ...state.opened.parts };
+  if (state.opened) {
+    state.wanted = { ...state.opened.parts };
+    goOn();
+  }
 }
 
 // The text of a unit, which is HTML.

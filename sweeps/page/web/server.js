@@ -77,6 +77,13 @@ function unpacked(text) {
   return new Float32Array(bytes.buffer);
 }
 
+// The pin is at the open point, if this is a point of the file.
+function pinOpened() {
+  const at = state.opened?.at;
+  state.pinned = Boolean(at);
+  if (at) for (const [axis, { name }] of axes.entries()) state.place[axis] = placeAlong(axis, at[`at.${name}`]) ?? state.place[axis];
+}
+
 function showAnswer(answer) {
   const { courses, periods, kept, at, parts } = answer;
   const data = courses && Object.fromEntries(Object.entries(courses).map(([name, text]) => [name, unpacked(text)]));
@@ -84,8 +91,7 @@ function showAnswer(answer) {
   if (!next) { // otherwise a slider that was moved meanwhile, or the pin, would jump back
     state.wanted = { ...parts };
     showControls(answer);
-    state.pinned = Boolean(at);
-    if (at) for (const [axis, { name }] of axes.entries()) state.place[axis] = placeAlong(axis, at[`at.${name}`]) ?? state.place[axis];
+    pinOpened();
   }
   element("where").textContent = answer.label;
   element("orbit-words").innerHTML = answer.summary;
