@@ -333,9 +333,8 @@ def _facts(
 def _hints(orbits: str, *, with_orbits: bool) -> dict[str, str]:
     """Return the hints on keys and orbits, and the classes that hide parts without an orbit."""
     hint = "Point to see the numbers of a point; click or tap to pin it"
-    keys = (
-        "Arrow keys move the pin, Esc releases it. The address of the page links to what it shows."
-    )
+    releases = ", Esc releases it" if orbits else ""  # a served page always has an open point
+    keys = f"Arrow keys move the pin{releases}. The address of the page links to what it shows."
     nearest = " and to draw the orbit of the nearest point of its kind that has one"
     computed = " and to compute its orbit"
     of_orbits = (nearest if orbits else computed) if with_orbits else ""

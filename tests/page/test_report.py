@@ -285,6 +285,8 @@ def test_commands_of_a_page_name_the_file_of_a_result_whatever_its_title_is():
     page = explore(ds)
     try:
         with urllib.request.urlopen(page.address, timeout=60) as served:
-            assert b'"replay":"stickslip replay mine.nc"' in served.read()
+            text = served.read()
+            assert b'"replay":"stickslip replay mine.nc"' in text
+            assert b"Arrow keys move the pin. " in text  # Esc has no effect there
     finally:
         page.stop()
