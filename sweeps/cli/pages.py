@@ -95,10 +95,10 @@ def _subject(target: Path | None, at: Sequence[str], boundaries: Path | None) ->
     borders = None if boundaries is None else open_result(boundaries)
     note = warn_of_seal(target)
     with usage_errors():
-        result, _ = slice_at(result, at)
+        part, _ = slice_at(result, at)
     try:
         notes = (note,) if note else ()
-        return subject.subject_of_result(result, target.name, notes, borders, at)
+        return subject.subject_of_result(part, target.name, notes, borders, at, result)
     except PointError as error:
         raise PointError(f"{target}: {error}") from None
 

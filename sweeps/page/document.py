@@ -161,7 +161,8 @@ def served(subject: Subject) -> bytes:
         more, data, hosts = _of_result(
             part, subject.name, subject.at, subject.borders, with_orbits=True
         )
-        parts |= more | _facts(part, result, subject.name, "", ())
+        source = result if subject.source is None else subject.source
+        parts |= more | _facts(part, source, subject.name, "", ())
     data["live"] = {
         "first": point_data(subject.first, result),
         "scales": scales_data(subject.scales),

@@ -49,7 +49,7 @@ class ShownPoint:
 class Subject:
     """The first point, the sliders and, for a file, the result from which to choose points.
 
-    `borders` are drawn on the map of the result, which is the slice of the file `at` some points.
+    `borders` are drawn on the map of the result, which is the slice `at` some points of `source`.
     """
 
     name: str
@@ -59,6 +59,7 @@ class Subject:
     notes: tuple[str, ...] = ()
     borders: xr.Dataset | None = None
     at: tuple[str, ...] = ()
+    source: xr.Dataset | None = None
 
 
 def subject_of_paper() -> Subject:
@@ -82,12 +83,15 @@ def subject_of_result(
     notes: tuple[str, ...] = (),
     borders: xr.Dataset | None = None,
     at: Sequence[str] = (),
+    source: xr.Dataset | None = None,
 ) -> Subject:
     """Return the subject of a result, which opens in the middle of its axes.
 
+    `source` is the whole file if the result is a slice `at` some of its points.
+
     Raises PointError if it is not the result of a sweep, or the borders belong to another result.
     """
-    result = curve_or_map(result)
+    source, result = result if source is None else source, curve_or_map(result)
     if borders is not None:
         try:
             require_borders_of(result, borders)
@@ -98,7 +102,8 @@ def subject_of_result(
     names = [name for dim in middle for name in parameters_along(result, dim)]
     scales = scales_of({name: result[name].values.tolist() for name in names})
     notes = (*notes, *more)
-    return Subject(name, first, scales, result if middle else None, notes, borders, tuple(at))
+    shown = result if middle else None
+    return Subject(name, first, scales, shown, notes, borders, tuple(at), source)
 
 
 def point_of_result(result: xr.Dataset, place: Mapping[str, int]) -> ShownPoint:

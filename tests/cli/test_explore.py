@@ -18,6 +18,7 @@ from support.sweeps.commands import Command
 from support.sweeps.processes import Running
 
 from sweeps.cli import pages
+from sweeps.files.netcdf import content_hash, open_result
 from sweeps.page.subject import Subject
 
 A_YAML = """\
@@ -98,6 +99,7 @@ def test_the_command_for_a_point_of_a_slice_names_the_slice(
     command.ok("sweep", "a.yaml", "--set", "K=[500, 1000]", "-o", "map.nc")
     command.ok("explore", "map.nc", "--at", "T=250", "--no-browser")
     assert '"replay":"stickslip replay map.nc --at T=250"' in pages_shown[0]
+    assert content_hash(open_result(Path("map.nc"))) in pages_shown[0]  # not that of the slice
     command.ok("replay", "map.nc", "--at", "T=250", "--at", "spring_stiffness=500")
 
 
