@@ -244,7 +244,7 @@ def motions(
         on_motion()
         return motion
 
-    points = [point_of(ds.isel(place)) for place in places]
+    points = [point_at(ds, place) for place in places]
     _remember_lines(points)
     with ThreadPoolExecutor(workers or Execution().slots) as pool:
         return [*map(computed, points[:1]), *pool.map(computed, points[1:])]
@@ -296,6 +296,12 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
     if stacked := [dim for dim in map(str, ds["status"].dims) if dim not in _OWN_DIMS]:
         _refuse_unknown_stack(ds, point, stacked[0])
     return replace(point, loose=bool(stacked))
+
+
+def point_at(ds: xr.Dataset, place: Mapping[str, int]) -> Point:
+    """Return the point of a result at a place along its dimensions; raises PointError."""
+    # The dimensions stay, since they show whether the result is a stack.
+    return point_of(ds.isel({dim: [at] for dim, at in place.items()}))
 
 
 def _refuse_unknown_stack(ds: xr.Dataset, point: Point, dim: str) -> None:

@@ -21,7 +21,6 @@ from stickslip.variables import (
     TRAJECTORY,
     Variable,
 )
-from sweeps.grid import DIRECTION
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -159,7 +158,7 @@ def slice_label(ds: xr.Dataset, places: Mapping[str, int]) -> str:
 
 
 def _equation(scalar: xr.DataArray) -> str:
-    if scalar.name == DIRECTION:
+    if scalar.dtype.kind not in "fiu":  # a direction, or the name of a result in a stack
         return DIRECTIONS.get(str(scalar.values), str(scalar.values))
     return shown(scalar).equation
 

@@ -45,9 +45,14 @@ def variables_of(ds: xr.Dataset) -> dict[str, Colours]:
 
 
 def parameters_of(ds: xr.Dataset) -> list[str]:
-    """Return the parameters that vary, in the order of the axes."""
-    known = [name for name in (CASE, *PARAMETERS, DIRECTION) if name in ds.coords]
-    return [name for dim in ds["status"].dims for name in known if ds[name].dims == (dim,)]
+    """Return the parameters that vary, in the order of the axes, and the axis of a stack."""
+    known = [name for name in (CASE, *PARAMETERS) if name in ds.coords]
+    return [
+        name
+        for dim in map(str, ds["status"].dims)
+        for name in dict.fromkeys([*known, dim])
+        if ds[name].dims == (dim,)
+    ]
 
 
 def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
@@ -55,8 +60,8 @@ def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
     coordinate = ds[name]
     dim = str(coordinate.dims[0])
     about: dict[str, Any] = {"name": name, "axis": list(ds["status"].dims).index(dim)}
-    if name == DIRECTION:
-        keys = coordinate.values.astype(str).tolist()
+    if coordinate.dtype.kind not in "fiu":
+        keys = list(map(str, coordinate.values.tolist()))
         texts = [escape(DIRECTIONS.get(key, key)) for key in keys]
         return about | {"prefix": "", "keys": keys, "texts": texts}
     one = shown(xr.ones_like(coordinate, dtype=float))
@@ -124,7 +129,7 @@ def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[Column
     The number of a kind is its place among the kinds in the result.
     """
     for name in parameters_of(ds):
-        if name != DIRECTION:
+        if ds[name].dtype.kind in "fiu":
             yield _source(name, ds[name].values.astype(float))
     values = {name: np.ma.filled(c.placed(ds), np.nan) for name, c in variables.items()}
     for name, numbers in values.items():

@@ -25,7 +25,7 @@ from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Integrator, Simulation
 from sweeps.config.yaml_writer import block_yaml
 from sweeps.page.controls import Scale, decimal_text, exact_text, scales_of
-from sweeps.points import Point, PointError, Start, curve_or_map, point_of
+from sweeps.points import Point, PointError, Start, curve_or_map, point_at
 
 _SECTIONS = ("integrator", "stationary", "noise", "film")  # of a config: how a point is computed
 _AT = "at."
@@ -114,7 +114,7 @@ def point_of_result(result: xr.Dataset, place: Mapping[str, int]) -> ShownPoint:
 def _point_and_notes(
     result: xr.Dataset, place: Mapping[str, int]
 ) -> tuple[ShownPoint, tuple[str, ...]]:
-    point = point_of(result.isel(dict(place)))
+    point = point_at(result, place)
     config, notes = _adaptive(_config_of_point(point.config, point.parameters))
     # Numbers that another method computed are not compared.
     stored = {} if notes else point.stored

@@ -25,6 +25,7 @@ from stickslip.trajectory import simulate
 from sweeps.charts.courses import TIME_COURSES
 from sweeps.charts.labels import Array, shown
 from sweeps.engine.settings import options_of
+from sweeps.exits import ExpectedError
 from sweeps.page.subject import ShownPoint
 from sweeps.points import periods_of
 
@@ -162,7 +163,7 @@ def compute(shown_point: ShownPoint) -> Motion:
 
 def failed(shown_point: ShownPoint, error: Exception, orbit: Orbit | None = None) -> Motion:
     """Return the motion of a point that cannot be computed, with the reason."""
-    if isinstance(error, NoiseError | IntegrationError):
+    if isinstance(error, NoiseError | IntegrationError | ExpectedError):
         return Motion(shown_point, orbit, trouble=capitalised(str(error)))
     log.debug("unexpected", exc_info=error)
     return Motion(shown_point, orbit, trouble=f"Unexpected {type(error).__name__}: {error}")

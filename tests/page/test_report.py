@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from support.browser import Tabs, chromium, tabs
@@ -140,6 +141,20 @@ def test_masked_points_have_no_result_on_a_page(ds: xr.Dataset, tmp_path: Path) 
     text = (tmp_path / "a.html").read_text("utf-8")
     assert "Every point that was computed has a result." in text
     assert "<td>pending</td><td>1</td>" in text
+
+
+@pytest.mark.parametrize("films", [[1, 2], ["soft", "<stiff>"]])
+def test_a_stack_of_results_has_a_page(ds: xr.Dataset, tmp_path: Path, films: list[Any]) -> None:
+    """No orbit is computed with the settings of another result of the stack."""
+    part = ds.isel(temperature=[4, 5], spring_stiffness=4, rheological_index=0)
+    stack = xr.concat([part, part], pd.Index(films, name="film"))
+    stack["periods_integrated"][1] += 1  # as if its settings were others
+    write_report(stack, tmp_path / "a.html", name="a.nc", orbits=4)
+    data = payload_of(tmp_path / "a.html")
+    names = [parameter["name"] for parameter in data["parameters"]]
+    assert {axis["name"] for axis in data["axes"]} == {"film", "temperature"} == set(names)
+    assert [orbit["drawn"] for orbit in data["orbits"]] == [True, True, False, False]
+    assert "with other settings" in data["orbits"][2]["words"]
 
 
 def test_kinds_alone_have_a_page(ds: xr.Dataset, tmp_path: Path) -> None:

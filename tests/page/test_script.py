@@ -116,3 +116,8 @@ def test_after_a_refusal_the_pin_is_at_the_open_point(show: str):
         console.log(JSON.stringify([state.pinned, state.place, requests]));
     """
     assert told(subject, script, axes) == [True, [1, 0], []]
+
+
+def test_a_command_quotes_the_name_of_a_result_in_a_stack():
+    script = """console.log(JSON.stringify(["film=a", "film=it's <b>"].map(quoted)));"""
+    assert told(subject_of_paper(), script) == ["film=a", """'film=it'"'"'s &lt;b&gt;'"""]

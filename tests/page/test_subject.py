@@ -108,8 +108,10 @@ def test_a_single_point_has_no_chart():
 
 
 def test_a_stack_without_a_coordinate_opens_by_numbers(result):
-    bare = xr.concat([result.reset_coords(drop=True)] * 2, "film")
-    assert subject_of_result(bare, "a.nc").first.label == "film 1, T = 250 K, K = 2000 N/m"
+    bare = xr.concat([result] * 2, "film")
+    first = subject_of_result(bare, "a.nc").first
+    assert first.label == "film 1, T = 250 K, K = 2000 N/m"
+    assert first.point.loose
 
 
 def test_another_dataset_is_refused():

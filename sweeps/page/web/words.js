@@ -30,9 +30,16 @@ function fillReadout(id, place) {
   element(id).querySelectorAll("td").forEach((cell, row) => { cell.innerHTML = texts[row]; });
 }
 
+// A word of a command, as HTML; names of results in a stack may be any text.
+const ESCAPED = { "&": "&amp;", "<": "&lt;", ">": "&gt;" };
+function quoted(word) {
+  const whole = /^[\w=.+-]+$/.test(word) ? word : `'${word.replaceAll("'", `'"'"'`)}'`;
+  return whole.replace(/[&<>]/g, (letter) => ESCAPED[letter]);
+}
+
 // The command that computes a point again; it selects the nearest point.
 function replayCommand(place) {
   const own = parameters.filter(({ name, axis }) => axes[axis].name === name);
-  const words = own.map(({ name, axis }) => `--at ${name}=${valueText(axis, place[axis])}`);
+  const words = own.map(({ name, axis }) => `--at ${quoted(`${name}=${valueText(axis, place[axis])}`)}`);
   return [page.replay, ...words].join(" ");
 }
