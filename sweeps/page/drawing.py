@@ -19,7 +19,6 @@ from bokeh.models import (
     LegendItem,
     LinearColorMapper,
     LogAxis,
-    LogColorMapper,
     Range1d,
     Span,
 )
@@ -251,10 +250,9 @@ def _put_round_ticks(side: Any, low: float, high: float) -> None:
 
 
 def _mapper_of(colours: Colours) -> ColorMapper:
-    """Return the mapper from values, or from places of codes, to colours in the browser."""
-    kind = LogColorMapper if colours.log else LinearColorMapper
+    """Return the mapper from places of kinds to colours in the browser."""
     look = {"palette": palette_of(colours), "nan_color": GREY}
-    return kind(low=colours.low, high=colours.high, **look)
+    return LinearColorMapper(low=colours.low, high=colours.high, **look)
 
 
 # --- borders between kinds of motion on maps ------------------------------------------------------
