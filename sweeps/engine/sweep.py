@@ -148,9 +148,7 @@ def sweep(
                         "again"
                     )
                 else:
-                    if keep_journal:
-                        journal.note(journal.manifest | {"finished": True})
-                    folder.remove(keep_journal=keep_journal)
+                    _finish(journal, folder, keep_journal=keep_journal)
                     return recorder.outcome(written)
             raise StorageError(
                 f"{folder.journal} is damaged again and again while it is in use; the disk or "
@@ -180,6 +178,14 @@ def _stopped(recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
         )
     kept = Written(recorder.journal.statuses, math.nan)
     return recorder.outcome(kept, stopped=stop.code, reason=stop.reason)
+
+
+def _finish(journal: Journal, folder: RunFolder, *, keep_journal: bool) -> None:
+    """Remove the files of a complete sweep, or note in a journal that is kept that it is over."""
+    if keep_journal:
+        # The next sweep replaces nothing that it has not read.
+        journal.note(journal.manifest | {"finished": True, "afresh": False})
+    folder.remove(keep_journal=keep_journal)
 
 
 def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
@@ -220,9 +226,7 @@ def _export(
         written = JournaledResult(target, journal, folder, before).write()
         missing = int(np.count_nonzero(target.needed & ~journal.done))
         if not missing:
-            if keep_journal:
-                journal.note(journal.manifest | {"finished": True})
-            folder.remove(keep_journal=keep_journal)
+            _finish(journal, folder, keep_journal=keep_journal)
     return _ended(target, output, written, missing)
 
 

@@ -434,6 +434,19 @@ def test_overwrite_computes_all_points_despite_a_kept_journal(shell: Shell) -> N
         assert shell.values("temperature") == ALL
 
 
+def test_a_journal_kept_by_overwrite_replaces_nothing_afterwards(shell: Shell) -> None:
+    sweep = ("sweep", "a.yaml", "-o", "b.nc")
+    shell.ok(*sweep, "--overwrite", "--keep-journal")
+    shell.ok(*sweep, "--partial", "--keep-journal")
+    shell.ok("sweep", write("b.yaml", FIVE, LOOSE), "-o", "c.nc")
+    larger = Path("c.nc").read_bytes()
+    Path("b.nc").write_bytes(larger)
+    code, _, err = shell(*sweep)
+    assert code == 2
+    assert err.startswith("b.nc has 1 finished point that the config no longer names")
+    assert Path("b.nc").read_bytes() == larger
+
+
 # --- the granted time ---
 
 
