@@ -221,8 +221,8 @@ class Outputs:
         """Raise RefusalError if an earlier command to this output can still be finished."""
         if self.folder.journal.exists():
             raise RefusalError(
-                f"a sweep to {self.main} was interrupted and can be resumed; finish it, or choose "
-                "another -o"
+                f"a sweep to {self.main} was interrupted and can be resumed, or its journal was "
+                "kept; finish it without --keep-journal, or choose another -o"
             )
         left = self._left()
         if left and left["request"] != self._request and not self._overwrite:

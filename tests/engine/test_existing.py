@@ -434,6 +434,20 @@ def test_overwrite_computes_all_points_despite_a_kept_journal(shell: Shell) -> N
         assert shell.values("temperature") == ALL
 
 
+def test_a_kept_journal_protects_its_output_until_a_sweep_removes_it(shell: Shell) -> None:
+    sweep = ("sweep", "a.yaml", "-o", "b.nc")
+    shell.ok(*sweep, "--keep-journal")
+    merge = ("merge", "a.nc", "-o", "b.nc", "--overwrite")
+    assert shell(*merge) == (
+        2,
+        "",
+        f"a sweep to b.nc {messages.RESUMABLE}, or its journal was kept; finish it without "
+        "--keep-journal, or choose another -o\n",
+    )
+    shell.ok(*sweep)
+    shell.ok(*merge)
+
+
 def test_a_journal_kept_by_overwrite_replaces_nothing_afterwards(shell: Shell) -> None:
     sweep = ("sweep", "a.yaml", "-o", "b.nc")
     shell.ok(*sweep, "--overwrite", "--keep-journal")
