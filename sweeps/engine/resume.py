@@ -109,7 +109,8 @@ class Decision:
             try:
                 self._take_over(journal)
                 if self.policy.retry_failed:
-                    journal.note(journal.manifest | {"retried": journal.records})
+                    begun = {"retried": journal.records, "finished": False}
+                    journal.note(journal.manifest | begun)
                     forget_failures(journal, self.target)
             except BaseException:
                 journal.close()
@@ -398,8 +399,9 @@ def state_of(output: Path) -> dict[str, Any]:
             interpolate(target.config, target.grid, journal)
             statuses = journal.statuses.copy()
             statuses[Status.PENDING] = np.count_nonzero(target.needed & ~journal.done)
-        whole = statuses[Status.PENDING] == 0 and folder.output.exists()
-        state = "complete" if whole else "interrupted"
+        # An output beside a journal of all points may be the older result that they replace.
+        kept = manifest["finished"] and folder.output.exists()
+        state = "complete" if kept and not statuses[Status.PENDING] else "interrupted"
     elif output.exists():
         existing = found_in_input(output)
         if existing.is_fit:

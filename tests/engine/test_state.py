@@ -25,6 +25,9 @@ from support.sweeps.sweeping import (
     write,
 )
 
+from sweeps.engine.sweep import JournaledResult
+from sweeps.exits import StorageError
+
 A_YAML = "sweep: {temperature: [200, 210, 230, 250]}\noutput: a.nc\n" + LOOSE + ONE_BY_ONE
 # Minutes of work, in blocks of one point or all at once.
 LONG = """\
@@ -105,6 +108,31 @@ def test_status_of_an_interrupted_a_partial_and_a_complete_sweep(shell: Shell) -
     assert "  1 failed: The computation raised an exception" in out
     shell("sweep", "a.yaml", "-o", "b.nc", "--keep-journal")
     assert state_of(shell, "b.nc")["state"] == "complete"
+
+
+def test_a_sweep_is_not_complete_before_its_result_is_written(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def poison(rows: np.ndarray) -> None:
+        if rows[0, 0] == 230.0:
+            raise ValueError("poison")
+
+    def fail(_: JournaledResult) -> None:
+        raise StorageError("no room")
+
+    shell.disturb = poison
+    assert shell("sweep", "a.yaml", "--keep-journal").code == 3
+    assert state_of(shell, "a.nc")["state"] == "complete"
+    shell.disturb = None
+    grown = ("sweep", write("b.yaml", A_YAML.replace("250]", "250, 260]")))
+    for command in (("sweep", "a.yaml", "--retry-failed"), grown):
+        with monkeypatch.context() as patch:
+            patch.setattr(JournaledResult, "write", fail)
+            assert shell(*command).code == 5
+        state = state_of(shell, "a.nc")
+        assert (state["state"], state["pending"], state["failed"]) == ("interrupted", 0, 0)
+    shell.ok(*grown)
+    assert state_of(shell, "a.nc")["state"] == "complete"
 
 
 def test_status_of_what_cannot_be_read(shell: Shell) -> None:
