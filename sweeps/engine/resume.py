@@ -154,6 +154,8 @@ class Decision:
             # `afresh` and `retried` stay as they were when the config grows.
             before = journal.manifest
             journal.note(self._manifest(before["afresh"]) | {"retried": before["retried"]})
+        elif journal.manifest.get("part", "") != (part := _name_of_part(self.target)):
+            journal.note(journal.manifest | {"part": part})  # another part, or the whole, goes on
 
     def _manifest(self, afresh: bool) -> Manifest:
         return manifest_of(self.target, self.folder.output, self.sources, afresh=afresh)

@@ -375,6 +375,20 @@ def test_the_state_of_a_part_counts_its_own_points(
     assert state["done"] == 9
 
 
+def test_the_state_is_that_of_the_last_part_or_of_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, path = from_mapping(BLOCKS_OF_TWO), tmp_path / "a.nc"
+    pending = {Part(1, 2): 7, Part(2, 4): 3, None: 12}  # each run adds a block of two points
+    for part, left in pending.items():
+        with monkeypatch.context() as patch:
+            crash(patch, 1, config, path, part)
+        state = state_of(path)
+        assert (state["state"], state["pending"]) == ("interrupted", left)
+        assert state.get("part") == (str(part) if part else None)
+    assert state["points"] == 18
+
+
 def test_the_plan_of_a_part_counts_its_points(tmp_path: Path) -> None:
     planned = plan(from_mapping(MAP), tmp_path / "a.nc", part=Part(1, 2))
     assert (planned.points, planned.there) == (9, 0)
