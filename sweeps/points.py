@@ -365,6 +365,11 @@ def _line_before(
     point = np.array([parameters])
     if followed is None:
         return point[:0]
+    if DIRECTION not in chosen.variables:
+        raise PointError(
+            f"the direction along {followed} was dropped from this result, so that the line of the "
+            "point is unknown: choose with isel() or sel() without drop=True"
+        )
     whole = from_mapping(read_mapping(str(chosen.attrs["config"]), SOURCE), SOURCE)
     axis = np.array(whole.sweep[str(whole.follow)])
     way = chosen[DIRECTION].item()

@@ -268,6 +268,11 @@ def test_an_unknown_direction_is_refused(followed: xr.Dataset) -> None:
         point_of(changed, omega=38.0, direction="left")
 
 
+def test_a_direction_that_was_dropped_is_refused(followed: xr.Dataset) -> None:
+    with pytest.raises(PointError, match="the direction along angular_frequency was dropped"):
+        point_of(followed.isel(direction=1, drop=True), omega=38.0)
+
+
 def test_a_config_may_leave_out_the_model(ds: xr.Dataset) -> None:
     point = point_of(ds.assign_attrs(config="integrator: {rtol: 1e-4}\n"), T=250, gamma=0)
     assert point.where.startswith("temperature = 250 K")
