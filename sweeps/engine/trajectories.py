@@ -90,10 +90,10 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     import xarray as xr
 
     refuse_pull(config.simulation.drive)
-    if len(config.sweep) != 1 or config.cases:
+    if len(config.sweep) != 1 or config.cases or config.follow:
         raise OtherAxesError(
-            "several trajectories need a config with exactly one axis, and no `cases`: fix the "
-            "other parameters under `model`"
+            "several trajectories need a config with exactly one axis, without `cases` and "
+            "`follow`: fix the other parameters under `model`"
         )
     grid = Grid.from_config(config)
     (axis,) = grid.dims

@@ -140,7 +140,16 @@ def test_trajectories_along_an_axis_are_those_of_simulate() -> None:
     assert found.attrs["Conventions"] == "CF-1.8"
 
 
-@pytest.mark.parametrize("parts", [{}, AXIS, CASES, {"sweep": {"T": [200, 250]}} | CASES])
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {},
+        AXIS,
+        CASES,
+        {"sweep": {"T": [200, 250]}} | CASES,
+        {"sweep": {"T": [200, 250]}, "follow": "T"},
+    ],
+)
 def test_several_trajectories_need_exactly_one_axis(parts: dict[str, Any]) -> None:
     with pytest.raises(OtherAxesError, match="exactly one axis"):
         trajectories(config(**parts))
