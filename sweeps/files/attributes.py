@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -143,9 +144,9 @@ def now() -> str:
 
 
 def command_line() -> str:
-    """Return the command as the user typed it, without the path of the program."""
+    """Return the command as a user can type it again, without the path of the program."""
     program, *arguments = sys.argv
-    return " ".join([program.rsplit("/", 1)[-1], *arguments])
+    return shlex.join([program.rsplit("/", 1)[-1], *arguments])
 
 
 def foreign_attributes(name: str, attributes: Mapping[str, Any]) -> Iterator[str]:

@@ -202,11 +202,11 @@ def test_execution_and_output_appear_only_in_the_history() -> None:
 
 
 def test_where_a_file_comes_from(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "argv", ["/some/where/bin/stickslip", "sweep", "a/b.yaml", "-o", "c"])
+    monkeypatch.setattr(sys, "argv", ["/where/bin/stickslip", "sweep", "a/b.yaml", "-o", "c d.nc"])
     attrs = made(FULL).attrs
     time, command = attrs["history"].split(" ", 1)
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", time)
-    assert command == "stickslip sweep a/b.yaml -o c"
+    assert command == "stickslip sweep a/b.yaml -o 'c d.nc'"
     assert attrs["title"] == FULL["title"]
     assert made({}).attrs["title"]
     assert attrs["source"].endswith("method adaptive")
