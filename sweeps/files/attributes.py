@@ -166,7 +166,7 @@ def foreign_attributes(name: str, attributes: Mapping[str, Any]) -> Iterator[str
     if attributes.get("units", own["units"]) != own["units"]:
         yield f"has units = {_shown(attributes['units'])}, where {own['units']!r} is expected"
     if {"flag_values", "flag_meanings"} & attributes.keys():
-        yield from _foreign_flags(_flags(own), _flags(attributes))
+        yield from _foreign_flags(flags_of(own), flags_of(attributes))
 
 
 def _foreign_flags(own: Mapping[int, str], found: Mapping[int, str]) -> Iterator[str]:
@@ -180,7 +180,7 @@ def _foreign_flags(own: Mapping[int, str], found: Mapping[int, str]) -> Iterator
         yield "has flag_values and flag_meanings that do not belong together"
 
 
-def _flags(attributes: Mapping[str, Any]) -> dict[int, str]:
+def flags_of(attributes: Mapping[str, Any]) -> dict[int, str]:
     """Return the meanings of flags by value; none if the two lists differ in length."""
     values = np.atleast_1d(attributes.get("flag_values", []))
     meanings = str(attributes.get("flag_meanings", "")).split()

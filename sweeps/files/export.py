@@ -17,6 +17,7 @@ import numpy as np
 
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.exits import ExpectedError
+from sweeps.files.attributes import flags_of
 from sweeps.files.result_rows import Chunks
 from sweeps.grid import QUANTILE
 
@@ -159,15 +160,13 @@ def _values(variable: xr.DataArray, shape: Mapping[str, int]) -> Any:
     missing = {dim: size for dim, size in shape.items() if dim not in variable.dims}
     whole = variable.variable.set_dims(missing | dict(variable.sizes))  # type: ignore[no-untyped-call]
     values = whole.transpose(*shape).values.ravel()
-    if "flag_meanings" in variable.attrs:
-        return _words(values, variable.attrs)
+    if flags := flags_of(variable.attrs):
+        return _words(values, flags)
     return _counts(values, str(variable.name)) if values.dtype.kind == "i" else values
 
 
-def _words(codes: np.ndarray, attributes: Mapping[str, Any]) -> Any:
+def _words(codes: np.ndarray, known: Mapping[int, str]) -> Any:
     """Return the meanings (rows,) of the codes of a flag; those of a masked point are empty."""
-    meanings = attributes["flag_meanings"].split()
-    known = dict(zip(attributes["flag_values"], meanings, strict=True))
     words = [known.get(code, str(code)) for code in codes]
     if codes.dtype.kind != "f":
         return words

@@ -98,6 +98,15 @@ def test_masked_flags_are_empty_cells(ds: xr.Dataset, tmp_path: Path) -> None:
     assert "nan" not in (tmp_path / "a.csv").read_text()
 
 
+def test_flags_of_a_user_are_words_if_each_value_has_one(ds: xr.Dataset, tmp_path: Path) -> None:
+    verdict = (ds.status * 0 + 1).astype("i1")
+    one = {"flag_values": np.int8(1), "flag_meanings": "good"}  # as NetCDF reads a single value
+    bits = {"flag_masks": np.array([1, 2], "i1"), "flag_meanings": "good checked"}
+    own = ds.assign(verdict=verdict.assign_attrs(one), marks=verdict.assign_attrs(bits))
+    rows = rows_of(export(own, tmp_path / "a.csv")[0])
+    assert {(row["verdict"], row["marks"]) for row in rows} == {("good", "1")}
+
+
 def test_units_and_fixed_parameters_are_in_a_second_table(ds: xr.Dataset, tmp_path: Path) -> None:
     _, beside = export(ds, tmp_path / "a.csv")
     described = {row["name"]: row for row in rows_of(beside)}
