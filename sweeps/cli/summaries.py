@@ -233,7 +233,8 @@ def print_comparison(point: Point) -> bool:
     for name, stored in point.stored.items():
         units = f" {RESULTS[name].unit}".rstrip()
         change = f", now {differing[name][1]!r}" if name in differing else ""
-        words = f" ({Regime(int(stored)).name.lower()})" if name == "regime" else ""
+        named = name == "regime" and not math.isnan(stored)  # NaN where a point was masked
+        words = f" ({Regime(int(stored)).name.lower()})" if named else ""
         print(f"  {name}: {stored!r}{units}{words}{change}")
     print(f"status: {point.status.name.lower()}: {point.status.sentence}")
     for note in point.versions:

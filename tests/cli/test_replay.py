@@ -74,6 +74,14 @@ def test_other_bits_of_another_version_are_explained(command: Command, result: P
     assert f"{messages.OTHER_VERSION}1" in done.err
 
 
+def test_a_masked_point_is_compared_with_nothing(command: Command, result: Path) -> None:
+    ds = open_result(result)
+    ds.where(ds.temperature > 200).to_netcdf("masked.nc")
+    done = command.ok("replay", "masked.nc", *POINT)
+    assert "  regime: nan\n" in done.out
+    assert "the file has no computed values for it" in done.out
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
