@@ -133,11 +133,11 @@ def sweep(
             require_room(folder, counts.left, counts.total)
             result.try_writing()
             for _ in range(_RECOVERIES):
-                if counts.left:
-                    recorder.compute(needed)
-                if counts.left:
-                    return _stopped(recorder, counts, stop)
                 try:
+                    if counts.left:
+                        recorder.compute(needed)
+                    if counts.left:
+                        return _stopped(recorder, counts, stop)
                     written = result.write()
                 except DamagedRecordError:
                     # Points damaged since the journal was opened count as not computed.
@@ -306,7 +306,8 @@ class Recorder:
     def compute(self, needed: NDArray[np.bool_]) -> None:
         """Compute the needed points (size,) that the journal lacks, unless stopped.
 
-        Raises StorageError if the journal cannot be written, ExecutorError.
+        Raises StorageError if the journal cannot be written, DamagedRecordError if a round of a
+        refined grid finds it damaged, ExecutorError.
         """
         config, grid = self._target.config, self._target.grid
         counts, stop = self._counts, self._stop
@@ -347,6 +348,8 @@ class Recorder:
                     self._stop_if_all_fail(block)
             with self._journaling():
                 self.journal.flush()
+        except DamagedRecordError:  # found between two rounds, when no block is in flight
+            raise
         except StorageError:
             self._stop.request("the journal could not be written")
             for _ in blocks:  # blocks in flight can no longer be kept

@@ -10,9 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.marks import one_then
-from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of
+from support.sweeps.sweeping import (
+    LOOSE,
+    ONE_BY_ONE,
+    Shell,
+    entries,
+    hash_at_once,
+    hash_of,
+    write,
+)
 
+from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
+from sweeps import run
 from sweeps.engine.sweep import JournaledResult
 from sweeps.files.journal import BYTES_PER_POINT, Journal
 
@@ -58,6 +68,21 @@ def test_a_byte_damaged_during_the_sweep_costs_only_its_block(shell: Shell, flip
         assert computed <= 6
         assert "damaged during the sweep" in err
         assert entries() == ["a.nc", "a.nc.timing.json", "a.yaml"]
+
+
+@pytest.mark.parametrize("block", [3, 6], ids=["in the first round", "in the second"])
+def test_a_byte_damaged_between_the_rounds_of_a_refined_grid_costs_its_point(
+    shell: Shell, block: int
+) -> None:
+    axis = "sweep: {T: {linspace: [200, 280], num: 17}}\nrefine: {axes: [T], levels: 2}\n"
+    write("a.yaml", axis, LOOSE, ONE_BY_ONE)
+    expected = hash_at_once("a.yaml")
+    needed = int(np.count_nonzero(run("a.yaml").status != Status.INTERPOLATED))
+    assert needed > 9  # there is a second round
+    code, err, computed = disturbed(shell, block, lambda: flip(JOURNAL, 40))
+    assert (code, hash_of("a.nc")) == (0, expected), err
+    assert computed == needed + 1
+    assert "damaged during the sweep; 1 point to compute again\n" in err
 
 
 HARMS: dict[str, Callable[[], None]] = {
