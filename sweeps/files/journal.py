@@ -123,11 +123,11 @@ class Journal:
         os.close(self._handle)
 
     def recover(self) -> int:
-        """Keep the records that are still sound, and return how many points were lost.
+        """Keep the records that are still sound, and return how many recorded points were lost.
 
         Raises OSError.
         """
-        before = np.count_nonzero(self.done)
+        before = np.count_nonzero(self.done) - len(self._interpolated[0])
         self._forget_all()
         self._scan()
         self._cut()

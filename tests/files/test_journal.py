@@ -399,3 +399,14 @@ def test_two_exchanged_records_are_noticed(path: Path) -> None:
         journal.chunk(0)
     assert journal.recover() == 0
     assert_healed(path, journal)
+
+
+def test_interpolated_points_do_not_count_as_lost(path: Path) -> None:
+    created(path, [np.arange(10)])
+    rows = ROWS.copy()
+    rows[:, STATUS] = Status.INTERPOLATED
+    journal = opened(path, readonly=False)
+    journal.append(np.arange(10, SIZE), rows[10:])
+    path.write_bytes(bytes(BYTES_PER_POINT) + path.read_bytes()[BYTES_PER_POINT:])
+    assert journal.recover() == 1
+    journal.close()
