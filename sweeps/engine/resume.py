@@ -35,7 +35,7 @@ from sweeps.files.atomic import fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_manifest
 from sweeps.files.outputs import WAYS_OUT
-from sweeps.files.result_rows import Chunks, failures, tally
+from sweeps.files.result_rows import Chunks, Memory, failures, tally
 from sweeps.files.run_folder import RunFolder
 from sweeps.files.sweep_file import RESULT_BYTES, RESULT_BYTES_PER_POINT, Written, contents
 from sweeps.grid import Grid
@@ -83,15 +83,24 @@ class Decision:
         """Flags (size,) of the points of the target that exist already."""
         if self.complete is not None:
             return self.target.needed
-        done = np.zeros(self.target.grid.size, dtype=bool)
+        config, grid = self.target.config, self.target.grid
+        done = np.zeros(grid.size, dtype=bool)
+        # Only the rows of all computed points tell whether the others are interpolated.
+        store = Memory(grid.size) if config.refine else None
         if self.manifest is not None:
             opened = opened_journal(self.target, self.folder, self.manifest, readonly=True)
             with closing(opened) as journal:
-                interpolate(self.target.config, self.target.grid, journal)
                 done |= journal.done
+                if store:
+                    store.append(np.flatnonzero(done), journal.rows()[done])
         if self.file is not None:
-            for numbers, _ in self.file.carried(self.target):
+            for numbers, rows in self.file.carried(self.target):
                 done[numbers] = True
+                if store:
+                    store.append(numbers, rows)
+        if store:
+            interpolate(config, grid, store)
+            done |= store.done
         return done
 
     @property

@@ -125,6 +125,7 @@ def sweep(
             return ended
         with closing(decision.begin()) as journal:
             result = JournaledResult(target, journal, folder, before)
+            interpolate(target.config, target.grid, journal)  # which needs no workers
             needed = target.needed | journal.done  # points of other parts are kept
             counts = Counts(int(np.count_nonzero(needed)), journal)
             recorder = Recorder(result, counts, stop, say, progress=progress)

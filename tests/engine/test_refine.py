@@ -245,6 +245,18 @@ def test_a_finer_grid_computes_only_the_points_that_it_lacks(shell: Shell) -> No
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 
+def test_a_new_title_of_a_refined_result_needs_no_workers(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write("a.yaml", MAP, LOOSE)
+    shell.ok("sweep", "a.yaml", "-o", "a.nc")
+    write("a.yaml", "title: new\n", MAP, LOOSE)
+    assert "289 already computed" in shell("check", "a.yaml", "-o", "a.nc").out
+    monkeypatch.delattr("sweeps.engine.sweep.make_executor")
+    assert "289 in a.nc; 0 to compute" in shell.ok("sweep", "a.yaml", "-o", "a.nc").err
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
 def test_a_kept_journal_has_the_interpolated_points_too(shell: Shell) -> None:
     write("a.yaml", MAP, LOOSE)
     shell.ok("sweep", "a.yaml", "-o", "a.nc", "--keep-journal")
