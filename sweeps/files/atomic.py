@@ -24,7 +24,6 @@ def replacing(
     *,
     fsync: bool = True,
     follow: bool = True,
-    like: Path | None = None,
 ) -> Iterator[Path]:
     """Give the body a temporary file to write, which then replaces `path`.
 
@@ -32,13 +31,13 @@ def replacing(
     it is the old one. The temporary file, on the same file system and by default a hidden one
     beside `path`, is removed in either case. With `fsync` the new file survives a power cut. With
     `follow` a link stays, and the file that it points to is replaced. The new file gets the
-    permissions of the old one; if there is none, no more people can read it than the file `like`.
+    permissions of the old one.
     """
     path = followed(path) if follow else path
     temporary = temporary or beside(path)
     try:
         begin(temporary)
-        settle_mode(temporary, path, like)
+        settle_mode(temporary, path)
         yield temporary
         if fsync:
             flush(temporary)
