@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from stickslip.variables import canonical_name
 from sweeps.charts.axes import is_scattered
@@ -39,7 +41,7 @@ def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> t
     ds, middle = slice_in_the_middle(ds, [str(dim) for dim in ds.sizes if dim != CASE])
     rows = _clouds(ds, variables, options)
     figure, panels = _panels(rows)
-    colours = None
+    legends: dict[str, list[Line2D]] = {}  # rows of heights share the colours of the regime
     for row, line in zip(rows, panels, strict=True):
         colours = row[0].colours
         shades = shades_of(colours) if colours else None
@@ -49,15 +51,23 @@ def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> t
             axes.set_ylabel(row[0].labels[1])
         if colours and shades:
             draw_scale(colours, shades, figure, line)
-    if colours and (kinds := legend_of(colours)):
+            legends[colours.name] = legend_of(colours)
+    if kinds := [*chain(*legends.values())]:
         put_legend(figure, kinds, above=True)
     figure.align_labels()
     by_height = rows[0][0].names[1] in variables
-    log = bool(options.scales & ({"y", "z"} if by_height else {"z"}))
+    log = [n for n, row in zip(variables, rows, strict=True) if _has_log_scale(row[0], n)]
     if "z" in options.scales and not by_height and all(is_discrete(ds, n) for n in variables):
         raise ValueError("kinds and counts have no scale, so log z does not apply")
-    put_note(figure, missing_notes(ds, variables, "Not drawn: ", log=variables if log else ()))
+    put_note(figure, missing_notes(ds, variables, "Not drawn: ", log=log))
     return figure, middle
+
+
+def _has_log_scale(cloud: Cloud, variable: str) -> bool:
+    """Return True if a variable, which is the height or the colour, has a logarithmic scale."""
+    if cloud.names[1] == variable:
+        return cloud.log[1]
+    return cloud.colours is not None and cloud.colours.log
 
 
 def pairs(ds: xr.Dataset) -> Figure:

@@ -61,6 +61,21 @@ def test_regimes_lie_over_two_parameters():
     assert legend_of(figure) == ["liquid", "locked", "stick-slip, symmetric"]
 
 
+def test_kinds_of_each_variable_are_named():
+    ds = random_cases(**VARIED)
+    kinds = ["liquid", "locked", "stick-slip, symmetric"]
+    assert legend_of(draw(ds, None, PlotOptions(variable=("regime", "F_max")))) == kinds
+    assert legend_of(draw(ds, None, PlotOptions(variable=("regime", "status")))) == [*kinds, "ok"]
+
+
+def test_a_kind_is_drawn_beside_a_logarithmic_scale():
+    ds = random_cases(**VARIED)
+    assert note(draw(ds, None, PlotOptions(variable=("regime", "F_max"), log="z"))) == ""
+    ds["friction_force_amplitude"][:4] = 0.0
+    figure = draw(ds, None, PlotOptions(variable=("regime", "F_max"), log="z"))
+    assert note(figure) == r"$F_\mathrm{max}$ is not above 0 at 4 points: not drawn."
+
+
 def test_a_parameter_is_not_drawn_over_itself():
     with pytest.raises(ValueError, match="temperature is both x and y"):
         draw(random_cases(**VARIED), None, PlotOptions(variable="F_max", x="T", y="temperature"))
