@@ -22,9 +22,7 @@ from sweeps.charts.colours import (
     KINDS,
     SINGLE,
     CurveStyle,
-    code_name,
     hue_of,
-    kinds_in,
     way_style,
 )
 from sweeps.charts.labels import (
@@ -36,7 +34,7 @@ from sweeps.charts.labels import (
     with_error,
 )
 from sweeps.charts.missing import missing_notes, missing_points
-from sweeps.figures.panels import Panel, facet_panels, label_axes
+from sweeps.figures.panels import Panel, facet_panels, label_axes, name_kinds
 from sweeps.figures.style import (
     has_small_print,
     line_at,
@@ -109,10 +107,7 @@ def draw_curves(
         if data is not None:
             low, high = _range_with_data(low, high, panel, data, np.any(on, axis=0), log=log)
         panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
-        if panel.variable in KINDS:
-            codes = kinds_in(drawn.dataset, panel.variable) or ()
-            names = [code_name(panel.variable, code).replace(", ", ",\n") for code in codes]
-            panel.axes.set_yticks(codes, labels=names)
+        name_kinds(panel.axes, drawn.dataset, panel.variable)
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))

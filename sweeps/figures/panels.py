@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.charts.axes import MOST_FACETS, Layout, Selection, selections, thinned
+from sweeps.charts.colours import KINDS, code_name, kinds_in
 from sweeps.figures.style import new_panels, width_of, wrapped
 
 _MOST_ROWS = 6  # rows of panels that still fit on a page
@@ -90,6 +91,14 @@ def label_axes(panels: Panels, across: str, up: Sequence[str]) -> None:
             label = up[place.rowspan.start % len(up)]
             panel.axes.set_ylabel(f"{row}\n{label}" if row and label else row or label)
     panels.figure.align_ylabels()
+
+
+def name_kinds(axes: Axes, ds: xr.Dataset, variable: str) -> None:
+    """Write the names of kinds on the vertical axis; an axis of numbers stays as it is."""
+    if variable in KINDS:
+        codes = kinds_in(ds, variable) or ()
+        names = [code_name(variable, code).replace(", ", ",\n") for code in codes]
+        axes.set_yticks(codes, labels=names)
 
 
 def _facets(ds: xr.Dataset, dim: str | None) -> list[Selection]:

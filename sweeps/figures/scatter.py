@@ -17,10 +17,11 @@ from stickslip.variables import canonical_name
 from sweeps.charts.axes import is_scattered
 from sweeps.charts.chart import Cloud, cloud_of
 from sweeps.charts.choice import Choice, slice_in_the_middle
-from sweeps.charts.colours import BLACK, colours_of, is_discrete
+from sweeps.charts.colours import BLACK, KINDS, colours_of, is_discrete
 from sweeps.charts.labels import parameters_along
 from sweeps.charts.missing import missing_notes
 from sweeps.figures.maps import draw_scale, legend_of, shades_of
+from sweeps.figures.panels import name_kinds
 from sweeps.figures.style import PAGE, make_logarithmic, new_panels, put_legend, put_note, width_of
 from sweeps.grid import CASE
 
@@ -49,6 +50,7 @@ def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> t
             _draw_cloud(axes, cloud, shades)
         for axes in line[:: _across(len(row))]:
             axes.set_ylabel(row[0].labels[1])
+            name_kinds(axes, ds, row[0].names[1])
         if colours and shades:
             draw_scale(colours, shades, figure, line)
             legends[colours.name] = legend_of(colours)
@@ -57,7 +59,9 @@ def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> t
     figure.align_labels()
     by_height = rows[0][0].names[1] in variables
     log = [n for n, row in zip(variables, rows, strict=True) if _has_log_scale(row[0], n)]
-    if "z" in options.scales and not by_height and all(is_discrete(ds, n) for n in variables):
+    if "z" in options.scales and all(
+        n in KINDS if by_height else is_discrete(ds, n) for n in variables
+    ):
         raise ValueError("kinds and counts have no scale, so log z does not apply")
     put_note(figure, missing_notes(ds, variables, "Not drawn: ", log=log))
     return figure, middle
@@ -106,7 +110,7 @@ def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[l
     x, y = (canonical_name(name) if name else None for name in (options.x, options.y))
     if x is not None and x == y:
         raise ValueError(f"{x} is both x and y; points need two parameters, or one and a variable")
-    if y is None and is_discrete(ds, variables[0]) and len(along) > 1:
+    if y is None and any(is_discrete(ds, name) for name in variables) and len(along) > 1:
         y = next(name for name in along if name != x)
     across = [x] if x else [name for name in along if name != y]
     rows = []
@@ -115,7 +119,8 @@ def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[l
         name, log = variable if y else "regime", "z" in options.scales and bool(y)
         colours = colours_of(ds, name, log=log) if name in ds else None
         pairs = ((name, y or variable) for name in across)
-        rows.append([cloud_of(ds, pair, colours, options.scales) for pair in pairs])
+        scales = options.scales if y or variable not in KINDS else options.scales - {"y", "z"}
+        rows.append([cloud_of(ds, pair, colours, scales) for pair in pairs])
     return rows
 
 

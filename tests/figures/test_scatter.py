@@ -76,6 +76,24 @@ def test_a_kind_is_drawn_beside_a_logarithmic_scale():
     assert note(figure) == r"$F_\mathrm{max}$ is not above 0 at 4 points: not drawn."
 
 
+def test_kinds_lie_over_two_parameters_wherever_they_are_named():
+    ds = random_cases(**VARIED)
+    for variables in (("regime", "F_max"), ("F_max", "regime")):
+        figure = draw(ds, None, PlotOptions(variable=variables))
+        assert {axes.get_ylabel() for axes in panels(figure)} == {"$T$ (K)", ""}
+
+
+def test_kinds_over_a_single_parameter_have_their_names():
+    ds = random_cases(temperature=(150.0, 320.0))
+    figure = draw(ds, None, PlotOptions(variable=("regime", "F_max"), log="z"))
+    above, below = panels(figure)
+    names = [text.get_text() for text in above.get_yticklabels()]
+    assert names == ["liquid", "locked", "stick-slip,\nsymmetric"]
+    assert (above.get_yscale(), below.get_yscale()) == ("linear", "log")
+    with pytest.raises(ValueError, match="kinds and counts have no scale"):
+        draw(ds, None, PlotOptions(variable="regime", log="z"))
+
+
 def test_a_parameter_is_not_drawn_over_itself():
     with pytest.raises(ValueError, match="temperature is both x and y"):
         draw(random_cases(**VARIED), None, PlotOptions(variable="F_max", x="T", y="temperature"))
