@@ -37,7 +37,7 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
     ds, at = slice_at(ds.squeeze(), options.at)
     if not ds.sizes:
         _require_no_axes(ds, options)
-        return draw_point(ds, at)
+        return draw_point(ds, variables, at)
     bands: list[str] = []
     if asks_for_bands(ds, options, variables):
         ds = quantiles_of(ds)
@@ -91,38 +91,45 @@ _WIDTH = 5.2  # inches
 _COLUMNS = (_MARGIN, 1.25, 3.2, 3.65)
 
 
-def draw_point(ds: xr.Dataset, at: str = "") -> Figure:
+def draw_point(ds: xr.Dataset, variables: Sequence[str], at: str) -> Figure:
     """Return a table of results on the left and parameters on the right, below how it ended.
 
-    `at` says where the point is if it was cut out of a result with axes.
+    The `variables` that the user added are above the table, since their names may be long. `at`
+    says where the point is if it was cut out of a result with axes.
     """
-    results = [_row(ds, name) for name in RESULTS if name in ds.variables and name != "status"]
-    parameters = [_row(ds, name) for name in PARAMETERS if name in ds.variables]
+    # A part of a result may lack the amplitudes, which say whether there is a result.
+    measured = [name for name in AMPLITUDES if name in ds.variables] or variables
+    lacks_result = missing_points(ds, measured).item()
+    results = [name for name in RESULTS if name in ds.variables and name != "status"]
+    left = [_row(ds, name, lacks_result) for name in results]
+    right = [_row(ds, name) for name in PARAMETERS if name in ds.variables]
+    own = [_row(ds, name, lacks_result) for name in variables if name not in RESULTS]
     which = at or "A single point."
     ending = which
-    if notes := missing_notes(ds, AMPLITUDES, ""):
+    if notes := missing_notes(ds, measured, ""):
         code = int(ds["status"]) if "status" in ds else None
         sentence = Status(code).sentence if code in list(Status) else notes[0]
         ending = f"{which} It has no result. {sentence}"
-    longest = max(len(results), len(parameters))
+    longest = max(len(left), len(right))
     figure = new_figure((_WIDTH, 1.0))
-    head = wrapped(figure, ending, _WIDTH - 2 * _MARGIN, SMALL).split("\n")
+    above = [ending, *(": ".join(row) for row in own)]
+    lines = [wrapped(figure, text, _WIDTH - 2 * _MARGIN, SMALL) for text in above]
+    head = "\n".join(lines).split("\n")
     first = len(head) + 1
     figure.set_figheight(2 * _MARGIN + _LINE * (first + longest))
     _write(figure, head, 0, _MARGIN, SMALL)
-    cells = (*zip(*results, strict=True), *zip(*parameters, strict=True))
+    cells = (*zip(*left, strict=True), *zip(*right, strict=True))
     for column, x in zip(cells, _COLUMNS, strict=False):
         _write(figure, column, first, x, TEXT)
     return figure
 
 
-def _row(ds: xr.Dataset, name: str) -> tuple[str, str]:
+def _row(ds: xr.Dataset, name: str, lacks_result: bool = False) -> tuple[str, str]:
     """Return the symbol of a variable, and its value."""
-    quantity = shown(trusted(ds, name) if name in RESULTS else ds[name])
+    quantity = shown(ds[name] if name in PARAMETERS else trusted(ds, name))
     if not np.isfinite(quantity.values):
         # A point with a result lacks what does not exist: a closed orbit has no Lyapunov exponent.
-        is_missing = name in AMPLITUDES or missing_points(ds).item()
-        return quantity.symbol, "missing" if is_missing else "none"
+        return quantity.symbol, "missing" if name in AMPLITUDES or lacks_result else "none"
     if name in KINDS or name == "orbit_periods":
         return quantity.symbol, code_name(name, int(quantity.values))
     return quantity.symbol, quantity.value

@@ -249,6 +249,28 @@ def test_a_point_cut_out_of_a_sweep_says_where():
     assert figure.texts[0].get_text() == "At $T = 200$ K, $K = 2000$ N/m."
 
 
+def test_a_variable_of_the_user_is_above_the_table_of_a_point():
+    about = {"long_name": "friction force over the load of the machine", "units": "1"}
+    ds = sweep(temperature=[200.0, 250.0]).assign(mu=("temperature", [0.3, np.nan], about))
+    first, second = (
+        draw(ds, options=PlotOptions("mu", at=(at,))).texts[1].get_text()
+        for at in ("T=200", "T=250")
+    )
+    assert first == "friction force over the load of the machine: $0.3$"
+    assert second.endswith(": none")
+
+
+def test_a_point_without_amplitudes_is_a_table():
+    ds = sweep(temperature=[200.0]).assign(regime=("temperature", np.array([2], dtype="i1")))
+    part = ds[["regime", "status"]]
+    figure = draw(part, options=PlotOptions("regime"))
+    assert cells(figure)[r"$\mathrm{regime}$"] == "stick-slip, symmetric"
+    part["status"][0] = Status.DIVERGED
+    figure = draw(part, options=PlotOptions("regime"))
+    assert cells(figure)[r"$\mathrm{regime}$"] == "missing"
+    assert Status.DIVERGED.sentence in " ".join(text.get_text() for text in figure.texts)
+
+
 def test_a_failed_single_point_says_why():
     ds = sweep(temperature=[200.0])
     ds["status"][0] = Status.DIVERGED
