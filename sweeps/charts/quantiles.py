@@ -61,11 +61,11 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
 def asks_for_bands(ds: xr.Dataset, choice: Choice, variables: Sequence[str]) -> bool:
     """Return True if the choice wants medians and bands over an axis of many cases in no order.
 
-    Without any choice, a long axis beside the cases is enough.
+    Without any choice, a long axis beside the cases is enough. Counts have no quantiles.
     """
     if choice.y or ds.sizes.get(CASE, 1) <= MANY or not is_scattered(ds, CASE):
         return False
-    if any(is_discrete(ds, name) for name in variables):
+    if any(ds[name].dtype.kind != "f" or is_discrete(ds, name) for name in variables):
         return False
     names = [getattr(choice, role) for role in ROLES if getattr(choice, role)]
     if not names:

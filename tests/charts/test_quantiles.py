@@ -117,6 +117,15 @@ def test_a_long_axis_beside_random_cases_has_bands_without_being_named(temperatu
     assert len(figure.axes[0].lines) == lines
 
 
+@pytest.mark.parametrize("choice", [{}, {"x": "temperature"}])
+def test_many_counts_of_random_cases_have_no_bands(choice):
+    ds = over_temperatures(temperatures=40)
+    counts = np.arange(ds.status.size, dtype="i4").reshape(ds.status.shape)
+    ds = ds.assign(periods_integrated=(ds.status.dims, counts))
+    figure = draw(ds, options=PlotOptions("periods_integrated", **choice))
+    assert "Medians" not in figure.get_supxlabel()
+
+
 def test_quantiles_are_drawn_as_the_result_is():
     ds = over_temperatures()
     direct, by_way = (
