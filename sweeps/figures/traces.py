@@ -90,7 +90,8 @@ def pull(ds: xr.Dataset) -> Figure:
     show the last slips as lines.
     """
     slips = ds["melting_time"].values if "melting_time" in ds else np.empty(0)
-    slips = slips[slips >= float(ds["elapsed_time"].min())]
+    time = ds["elapsed_time"].values
+    slips = slips[(slips >= time.min()) & (slips <= time.max())]  # of a part of a run
     if slips.size > _MOST_SLIPS and ds["elapsed_time"].ndim == 1:
         figure = _many_slips(ds, slips)
     else:

@@ -162,6 +162,18 @@ def test_a_pull_of_many_slips_is_a_band_and_its_last_slips():
     assert len(panels(few)) == 3
 
 
+def test_a_part_of_a_pull_shows_its_own_slips():
+    ds = trajectory()
+    time = ds.elapsed_time.values
+    slips = np.linspace(time[0], time[-1], 101)
+    ds = ds.assign(melting_time=("melting", slips))
+    figure = draw(ds.isel(elapsed_time=slice(200)), "pull")
+    whole, end = np.array(panels(figure)).reshape(3, 2).T
+    assert whole[0].get_title() == "50 slips, lowest to highest"
+    assert curves(end[0])[0].get_xdata().size > 0
+    assert len(panels(draw(ds.isel(elapsed_time=slice(100)), "pull"))) == 3
+
+
 def stroboscopic(x: np.ndarray) -> xr.Dataset:
     columns = {"stroboscopic_displacement": 1e-6 * x, "stroboscopic_velocity": -2e-6 * x}
     data = {name: ("period", values) for name, values in columns.items()}
