@@ -271,9 +271,10 @@ def plot(
         )
     ds = open_result(file)
     warn_of_seal(file)
+    if output:
+        _refuse_picture_name(output)
     # Not with_suffix in any case: a stem like T=1.5 has no ending to replace.
     target = output or (file.with_suffix("") if file.suffix[1:].isalpha() else file)
-    _refuse_picture_name(target)
     if figure is None and not variable:
         named, variables = _plot_of_config(ds)
         figure = None if options.asks else named

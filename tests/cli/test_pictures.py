@@ -228,6 +228,9 @@ def test_plot_refuses_wrong_options(
     assert entries() == ["a.yaml", "made.nc"]
 
 
-def test_a_file_with_another_ending_has_pictures_beside_it(command: Command) -> None:
-    sweep(temperature=TEMPERATURES).to_netcdf("a.cdf")
-    assert command.ok("plot", "a.cdf").out == "a.png\na.pdf\n"
+@pytest.mark.parametrize("name", ["a.cdf", "a.nc", "a.final.nc"])
+def test_a_file_of_any_name_has_pictures_beside_it(command: Command, name: str) -> None:
+    Path("a").mkdir()
+    sweep(temperature=TEMPERATURES).to_netcdf(name)
+    stem = name.rpartition(".")[0]
+    assert command.ok("plot", name).out == f"{stem}.png\n{stem}.pdf\n"
