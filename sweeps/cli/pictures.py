@@ -278,7 +278,8 @@ def plot(
     if figure is None and not variable:
         named, variables = _plot_of_config(ds)
         figure = None if options.asks else named
-        options = replace(options, variable=variables)
+        if figure is None:
+            options = replace(options, variable=variables)
     inputs = [file, *(each for each in (boundaries, data, style) if each)]
     with _pictures(target, overwrite=overwrite, inputs=inputs).held() as outputs:
         outputs.write(_drawn(ds, target, figure, options))
@@ -307,8 +308,8 @@ def _computed_figure(
     target, figure = folder / stem, of_paper or config.plot.figure
 
     def pictures(ds: xr.Dataset) -> dict[Path, bytes]:
-        options = PlotOptions(None if of_paper else _plot_of_config(ds)[1])
-        return _drawn(ds, target, None if options.asks else figure, options)
+        named, variables = (of_paper, None) if of_paper else _plot_of_config(ds)
+        return _drawn(ds, target, named, PlotOptions(None if named else variables))
 
     path, data = folder / f"{stem}.nc", FIGURES[figure].data
     if data == "sweep":
@@ -415,17 +416,21 @@ def _drawn(
 
 
 def _plot_of_config(ds: xr.Dataset) -> tuple[str | None, tuple[str, ...] | None]:
-    """Return the figure and the variables that a file's config names, if the file has the data."""
-    from sweeps.charts.choice import obstacle
+    """Return the figure and the variables that a file's config names, if the file has the data.
+
+    Variables are those of a sweep. They replace its default figure, which is then None.
+    """
+    from sweeps.charts.choice import data_of, default_figure, obstacle
     from sweeps.config.load import ConfigError, from_yaml
 
     try:
         plot = from_yaml(str(ds.attrs.get("config", "{}"))).plot
     except ConfigError:  # a file of another version
         return None, None
-    if variables := tuple(name for name in plot.variables or () if name in ds.variables):
-        return None, variables
-    return None if obstacle(ds, plot.figure) else plot.figure, None
+    is_sweep = data_of(ds) == "sweep"
+    variables = tuple(name for name in plot.variables or () if is_sweep and name in ds.variables)
+    replaced = variables and plot.figure == default_figure(ds)
+    return None if replaced or obstacle(ds, plot.figure) else plot.figure, variables or None
 
 
 def _refuse_picture_name(path: Path) -> None:

@@ -10,7 +10,16 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from support import messages
-from support.pictures import GAMMAS, TEMPERATURES, curves, note, panels, sweep
+from support.pictures import (
+    GAMMAS,
+    TEMPERATURES,
+    curves,
+    fitted,
+    note,
+    panels,
+    random_cases,
+    sweep,
+)
 from support.sweeps.commands import Command, entries, process
 
 import stickslip
@@ -206,6 +215,33 @@ def test_plot_keeps_the_variables_of_the_config(
     ds.to_netcdf("named.nc")
     command.ok("plot", "named.nc", *options)
     assert seen == [drawn]
+
+
+@pytest.mark.parametrize(
+    ("ds", "figure", "drawn"),
+    [
+        (fitted().assign_coords(datum_at_jump=("datum", [0, 1, 0, 0])), "amplitudes", 2),
+        (random_cases(temperature=(150.0, 320.0), spring_stiffness=(5e2, 1e4)), "pairs", 1),
+        (random_cases(temperature=(150.0, 320.0), spring_stiffness=(5e2, 1e4)), "orbit", 2),
+    ],
+)
+def test_variables_of_the_config_are_those_of_amplitudes(
+    command: Command, monkeypatch: pytest.MonkeyPatch, ds: xr.Dataset, figure: str, drawn: int
+) -> None:
+    from sweeps import figures
+
+    pictures: list[Figure] = []
+    draw = figures.draw
+
+    def observed(*asked: Any) -> Figure:
+        pictures.append(draw(*asked))
+        return pictures[-1]
+
+    monkeypatch.setattr(figures, "draw", observed)
+    config = f"plot: {{figure: {figure}, variables: [elastic_stress_amplitude]}}"
+    ds.assign_attrs(config=config).to_netcdf("a.nc")
+    command.ok("plot", "a.nc", "-o", "a.png")
+    assert len(panels(pictures[0])) == drawn
 
 
 @pytest.mark.parametrize(
