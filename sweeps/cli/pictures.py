@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from sweeps.files.outputs import Outputs
 
 
+_DRAWN_BY = {"fit": "fit", "indices": "sensitivity"}  # the verbs that compute other data
 _LONGEST_STEM = 120  # characters; a name may have 255 bytes, and pictures have longer names
 
 
@@ -306,6 +307,12 @@ def _computed_figure(
         changes = [*paper.changes, *changes]
     config = checked_config(source, changes)
     target, figure = folder / stem, of_paper or config.plot.figure
+    if verb := _DRAWN_BY.get(FIGURES[figure].data):
+        stop_with(
+            f"the figure {figure} shows {FIGURES[figure].drawn}: `stickslip {verb}` computes and "
+            "draws it",
+            Exit.USAGE,
+        )
 
     def pictures(ds: xr.Dataset) -> dict[Path, bytes]:
         named, variables = (of_paper, None) if of_paper else _plot_of_config(ds)
@@ -379,7 +386,8 @@ def _trajectories(config: Config, outputs: Outputs, *, progress: bool) -> xr.Dat
     from sweeps.engine.progress import Compiling
     from sweeps.engine.trajectories import trajectories, trajectory
 
-    compute, compiling = trajectories if config.sweep else trajectory, Compiling(wanted=progress)
+    compute = trajectories if config.sweep or config.cases else trajectory
+    compiling = Compiling(wanted=progress)
     try:
         return recalled_or_computed(outputs, lambda: compute(config, compiling), compiling.stop)
     except NoiseError as error:

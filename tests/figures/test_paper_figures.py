@@ -181,3 +181,23 @@ def test_two_configs_with_the_files_of_one_are_refused(command: Command) -> None
     assert (code, out) == (2, "")
     assert err == "a/x.yaml and b/x.yaml are both drawn as x: choose two folders\n"
     assert command("3", "fig3.yaml")[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("config", "message"),
+    [
+        ("plot: {figure: posterior}", "shows a fit: `stickslip fit` computes and draws it"),
+        ("plot: {figure: indices}", "`stickslip sensitivity` computes and draws it"),
+        (
+            "cases: {T: [200, 250]}\nplot: {figure: time_courses}",
+            "exactly one axis, and no `cases`: fix the other parameters under `model`",
+        ),
+    ],
+)
+def test_a_config_without_the_data_of_its_figure_is_refused(
+    command: Command, config: str, message: str
+) -> None:
+    Path("a.yaml").write_text(f"{config}\n")
+    code, out, err = command("a.yaml")
+    assert (code, out) == (2, "")
+    assert message in err
