@@ -66,13 +66,13 @@ def judged(
     config = _judged_parameters(document, config)
     if "case" in picked:
         config = _one_case(document, config, picked["case"])
-    _judge_schedule(document, config)
+    scheduled = _judge_schedule(document, config)
     for message in _wrong_with_pull(config) if config.simulation.drive else ():
         document.refuse(message, "simulation", "drive")
     if "film" not in unsound:
         config = _with_law(document, config)
     _judge_order(document, config, unsound)
-    _refuse_unbounded_films(document, config)
+    _refuse_unbounded_films(document, config, scheduled)
     _refuse_unfit(document, config, unsound)
     _refuse_scheduler(document)
     if "noise" not in unsound:
@@ -252,17 +252,20 @@ def _is_far(value: float, variable: ParameterVariable) -> bool:
     return not 1.0 / _FAR <= abs(value / variable.default) <= _FAR
 
 
-def _judge_schedule(document: Document, config: Config) -> None:
-    """Refuse a schedule with values out of range, unequal lengths, or initial values."""
+def _judge_schedule(document: Document, config: Config) -> dict[str, tuple[float, ...]]:
+    """Refuse a schedule with values out of range, unequal lengths, or initial values.
+
+    Return the schedule, empty if there is none or if a value is out of range.
+    """
     schedule, path = config.simulation.schedule, ("simulation", "schedule")
     if schedule is None:
-        return
-    known = {*config.sweep, *config.cases}
+        return {}
+    known, valid = {*config.sweep, *config.cases}, True
     for key in document.at(*path):
         name = canonical_name(key)
         if name not in schedule:  # already refused
             continue
-        _are_valid(document, (*path, key), name, *schedule[name])
+        valid &= _are_valid(document, (*path, key), name, *schedule[name])
         if name in known:
             document.refuse(f"gives {name} a second time; keep one of the two", *path, key)
         elif name in STARTING:
@@ -273,6 +276,7 @@ def _judge_schedule(document: Document, config: Config) -> None:
         known.add(name)
     if unequal := _unequal("scheduled", schedule):
         document.refuse(unequal, *path)
+    return schedule if valid else {}
 
 
 def _wrong_with_pull(config: Config) -> Iterator[str]:
@@ -358,14 +362,21 @@ def _swept(document: Document, config: Config, name: str, *path: str | int) -> s
     return None
 
 
-def _refuse_unbounded_films(document: Document, config: Config) -> None:
-    """Refuse points whose order parameter would grow without bound."""
+def _refuse_unbounded_films(
+    document: Document, config: Config, scheduled: Mapping[str, tuple[float, ...]]
+) -> None:
+    """Refuse points, and sections of a schedule, whose order parameter would grow without bound."""
     if not _unknown(document, config).isdisjoint(ENERGY_COEFFICIENTS):
         return
-    for signs in _signs(config, ENERGY_COEFFICIENTS):
-        if growth := unbounded(*signs):
-            given = filter(None, map(document.path_of, ENERGY_COEFFICIENTS))
-            path = next(given)  # the defaults are bounded
+    # The defaults are bounded, and a sample may draw the parameters of a fit.
+    given: Path = next(filter(None, map(document.path_of, ENERGY_COEFFICIENTS)), ("sample",))
+    runs = [(config, given)]
+    if not scheduled.keys().isdisjoint(ENERGY_COEFFICIENTS):
+        run = config.model_copy(update={"cases": scheduled})  # linked, as those of cases are
+        runs.append((run, ("simulation", "schedule")))
+    for run, path in runs:
+        growths = (unbounded(*signs) for signs in _signs(run, ENERGY_COEFFICIENTS))
+        if growth := next(filter(None, growths), None):
             document.refuse(f"{growth}: the order parameter would grow without bound", *path)
             return
 

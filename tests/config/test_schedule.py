@@ -36,12 +36,19 @@ def test_no_schedule_is_none() -> None:
         ({"x_0": [0]}, {}, "x_0: cannot be scheduled: a run begins once"),
         ({"T": [1], "temperature": [2]}, {}, "gives temperature a second time"),
         ({"T": [1]}, {"sweep": {"T": [1, 2]}}, "gives temperature a second time"),
+        ({"c": [850, 0]}, {}, "simulation.schedule: quartic_coefficient .c. = 0 needs a sextic"),
+        ({"c": [-1, 0]}, {}, r"^<dict>: simulation.schedule.c\[0\]: must be at least 0, not -1.0$"),
         ({"T": {"linspace": [1, 2], "num": 100_000}}, {}, "must be at most 100000000"),
     ],
 )
 def test_a_wrong_schedule_is_refused(schedule: object, config: dict, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         from_mapping(scheduled(schedule, **config))
+
+
+def test_coefficients_of_a_schedule_change_together() -> None:
+    config = from_mapping(scheduled({"c": [850, 0], "e": [0, 100]}))
+    assert config.simulation.schedule["quartic_coefficient"] == (850.0, 0.0)
 
 
 def test_a_value_under_model_applies_to_a_sweep() -> None:
