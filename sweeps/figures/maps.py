@@ -98,6 +98,7 @@ def draw_maps(
     up = axis_of(
         ds, layout.y or STRIP, log="y" in scales and layout.y is not None, named=borders is None
     )
+    _require_cells(across, up)
     _require_scales(ds, layout, variables, scales, across, up)
     drawn = facet_panels(ds, layout, variables, of_axes=True)
     kinds: list[Line2D] = []
@@ -120,6 +121,16 @@ def draw_maps(
     missing = missing_notes(drawn.dataset, variables, "Grey: ", log=logarithmic)
     put_note(drawn.figure, [*missing, *drawn.notes])
     return drawn.figure
+
+
+def _require_cells(*axes: Axis) -> None:
+    """Raise ValueError if points of an axis would share a cell, so that some were not seen."""
+    for axis in axes:
+        if (axis.steps == 0.0).any():
+            raise ValueError(
+                f"several points have the same {axis.dim}, and a map would show one of them; "
+                "choose another axis"
+            )
 
 
 def _require_scales(

@@ -7,7 +7,17 @@ import pytest
 import xarray as xr
 from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.colors import to_hex, to_rgb
-from support.pictures import GAMMAS, TEMPERATURES, described, failed, legend_of, note, panels, sweep
+from support.pictures import (
+    GAMMAS,
+    TEMPERATURES,
+    described,
+    failed,
+    legend_of,
+    linked,
+    note,
+    panels,
+    sweep,
+)
 
 from stickslip.regime import Regime
 from stickslip.status import Status
@@ -95,6 +105,15 @@ def test_a_hue_of_regimes_is_a_strip_for_each_fluid_and_never_a_map():
     )
     (axes,) = panels(draw(ds, None, PlotOptions(variable="regime", hue="gamma")))
     assert len(axes.get_yticks()) == 3
+
+
+def test_points_that_would_share_a_cell_are_refused():
+    ds = linked(sweep(case=np.arange(9))).drop_vars("temperature")
+    ds = ds.assign_coords(temperature=("case", np.repeat([200.0, 250.0, 300.0], 3)))
+    assert len(panels(draw(ds, None, PlotOptions("melting_count", x="omega")))) == 1
+    with pytest.raises(ValueError, match="several points have the same temperature"):
+        draw(ds, None, PlotOptions("melting_count", x="T"))
+    assert len(panels(draw(ds, None, PlotOptions("F_max", x="T")))) == 1  # curves show all
 
 
 def test_a_point_without_a_regime_is_grey_and_counted():
