@@ -59,7 +59,7 @@ class Choice:
 
 
 def variables_of(ds: xr.Dataset, choice: Choice) -> tuple[str, ...]:
-    """Return the result variables to draw: the chosen ones, or both amplitudes."""
+    """Return the result variables to draw: the chosen ones, each once, or both amplitudes."""
     if not choice.variables:
         return AMPLITUDES
     # A variable that the user added also has a number for each point of the result.
@@ -71,7 +71,8 @@ def variables_of(ds: xr.Dataset, choice: Choice) -> tuple[str, ...]:
         and variable.dtype.kind in "biuf"
         and set(variable.dims) - {QUANTILE} == points
     ]
-    return tuple(name if name in own else _result(ds, name, own) for name in choice.variables)
+    names = (name if name in own else _result(ds, name, own) for name in choice.variables)
+    return tuple(dict.fromkeys(names))
 
 
 def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:

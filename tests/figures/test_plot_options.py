@@ -47,6 +47,11 @@ def test_a_variable_has_a_single_row_of_panels(ds, name):
     np.testing.assert_allclose(curves(axes)[0].get_ydata(), 4.768)
 
 
+def test_a_variable_named_twice_is_drawn_once(ds):
+    figure = chosen(ds, variable=("F_max", "friction_force_amplitude"), at=("K=3000",))
+    assert len(panels(figure)) == 1
+
+
 def test_axes_are_named_by_symbol_or_name(ds):
     figure = chosen(ds, x="K", hue="gamma", col="temperature", at=())
     assert [axes.get_xlabel() for axes in panels(figure)[4:]] == ["$K$ (N/m)"] * 4
