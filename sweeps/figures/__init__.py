@@ -24,6 +24,7 @@ from sweeps.figures.look import Look, PlotOptions, Range
 from sweeps.figures.save import ENDINGS, save
 from sweeps.figures.style import put_note, put_title, styled
 from sweeps.figures.traces import draw_variables
+from sweeps.human import counted
 
 __all__ = ["ENDINGS", "Look", "PlotOptions", "default_figure", "draw", "obstacle", "save"]
 
@@ -92,7 +93,7 @@ def _finish(figure: Figure, look: Look) -> None:
     """Set the limits, letters and title of a picture.
 
     Raises ValueError for limits that are impossible on a logarithmic scale, in the wrong order, or
-    without effect on the picture.
+    without effect on the picture, and for more panels than there are letters.
     """
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     panels = [look.axes] if look.axes else panels
@@ -113,6 +114,11 @@ def _finish(figure: Figure, look: Look) -> None:
     _require_effect(look, panels, coloured=coloured)
     if look.letters:
         first = 0 if look.letters is True else ascii_lowercase.index(look.letters)
+        if first + len(panels) > len(ascii_lowercase):
+            raise ValueError(
+                f"letters end at z, too early for {counted(len(panels), 'panel')} from "
+                f"{ascii_lowercase[first]} on"
+            )
         # To the left of the upper corner of the panel, where there is no curve.
         corner: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
         corner |= {"xytext": (-2.0, 2.0), "ha": "right", "va": "bottom"}

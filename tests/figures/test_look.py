@@ -397,3 +397,5 @@ def test_a_small_posterior_has_few_numbers_and_its_labels_beside_them():
 def test_letters_may_begin_anywhere(ds):
     (axes, other) = panels(drawn(ds, look=Look(letters="b")))
     assert [text.get_text() for text in (axes.texts[-1], other.texts[-1])] == ["(b)", "(c)"]
+    with pytest.raises(ValueError, match="letters end at z, too early for 2 panels from z on"):
+        drawn(ds, look=Look(letters="z"))
