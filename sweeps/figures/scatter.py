@@ -113,6 +113,8 @@ def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[l
     if y is None and any(is_discrete(ds, name) for name in variables) and len(along) > 1:
         y = next(name for name in along if name != x)
     across = [x] if x else [name for name in along if name != y]
+    if not across:
+        raise ValueError(f"no parameter is left for x: only {y} varies; name it as x")
     rows = []
     for variable in variables:
         # Without colours if the file lacks the variable that gives the points their colours.

@@ -99,6 +99,11 @@ def test_a_parameter_is_not_drawn_over_itself():
         draw(random_cases(**VARIED), None, PlotOptions(variable="F_max", x="T", y="temperature"))
 
 
+def test_a_single_parameter_is_not_the_vertical_axis():
+    with pytest.raises(ValueError, match="no parameter is left for x: only temperature varies"):
+        draw(random_cases(temperature=(150.0, 320.0)), None, PlotOptions(variable="F_max", y="T"))
+
+
 def test_a_missing_case_is_counted():
     ds = random_cases(**VARIED)
     ds["status"][4] = 3
