@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -23,7 +24,7 @@ from sweeps.figures.look import PlotOptions
 from sweeps.figures.maps import draw_maps
 from sweeps.figures.scatter import draw_scatter
 from sweeps.figures.style import SMALL, TEXT, new_figure, put_note, wrapped
-from sweeps.grid import QUANTILE
+from sweeps.grid import DIRECTION, QUANTILE
 
 
 def amplitudes(ds: xr.Dataset) -> Figure:
@@ -43,6 +44,7 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
         ds = quantiles_of(ds)
     if QUANTILE in ds.dims:
         ds, bands = medians_of(ds)
+    options = _along_directions(ds, options)
     if cases_to_scatter(ds, options):
         if options.boundaries is not None or options.data is not None:
             raise ValueError(
@@ -72,6 +74,12 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
             )
     put_note(figure, [*bands, at, middle])
     return figure
+
+
+def _along_directions(ds: xr.Dataset, options: PlotOptions) -> PlotOptions:
+    """Return the options with an axis for both directions of a single point, which has no other."""
+    alone = [*ds.sizes] == [DIRECTION] and not named_roles(ds, options)
+    return replace(options, x=DIRECTION) if alone else options
 
 
 def _require_no_axes(ds: xr.Dataset, options: PlotOptions) -> None:

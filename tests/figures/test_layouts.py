@@ -178,6 +178,15 @@ def test_both_ways_are_a_solid_and_a_dashed_curve_in_one_colour():
     assert up.get_color() == down.get_color() == "#000000"  # no colour of a curve
 
 
+def test_both_ways_of_a_single_point_lie_beside_each_other():
+    ds = both_ways(sweep(temperature=TEMPERATURES))
+    lower = panels(draw(ds, options=PlotOptions(at=("T=200",))))[1]
+    assert [text.get_text() for text in lower.get_xticklabels()] == ["upward", "downward"]
+    assert len(curves(lower)[0].get_xdata()) == 2
+    (strip,) = panels(draw(ds, options=PlotOptions("melting_count", at=("T=200",))))
+    assert [text.get_text() for text in strip.get_xticklabels()] == ["upward", "downward"]
+
+
 def test_both_ways_of_a_map_lie_side_by_side():
     k = np.geomspace(1e4, 2e5, 12)
     figure = draw(both_ways(sweep(temperature=TEMPERATURES, viscosity_coefficient=k)))
