@@ -106,6 +106,6 @@ def _set_path(document: Document, path: list[str], written: Document) -> None:
             message = f"there are no keys below {section}: it is {quoted(target)}"
             written.refuse(message, *path)
             return
-    name = canonical_name(last) if len(path) == 2 else None
-    given = document.path_of(name, path[0]) if name else ()
-    document.put(written.data, written.source, *(given or (*sections, last)))
+    name = canonical_name(last)
+    given = [key for key in target if name and canonical_name(key) == name]
+    document.put(written.data, written.source, *sections, *(given[:1] or [last]))

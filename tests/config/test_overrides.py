@@ -28,6 +28,14 @@ def test_an_axis_replaces_an_axis_in_its_place(key: str, value: str) -> None:
     assert config.sweep["temperature"] == (7, 8)
 
 
+@pytest.mark.parametrize("key", ["T", "temperature"])
+def test_a_scheduled_parameter_is_replaced_by_name_or_symbol(key: str) -> None:
+    for written in ("T", "temperature"):
+        text = f"simulation: {{schedule: {{{written}: [200, 250]}}}}"
+        config = from_yaml(text, overrides=[f"simulation.schedule.{key}=[1, 2, 3]"])
+        assert config.simulation.schedule == {"temperature": (1.0, 2.0, 3.0)}
+
+
 def test_an_axis_for_a_fixed_parameter_comes_after_the_others() -> None:
     config = from_yaml("model: {T: 1}\nsweep: {k: [3, 4]}", overrides=["T=[7, 8]"])
     assert list(config.sweep) == ["viscosity_coefficient", "temperature"]
