@@ -140,7 +140,10 @@ class Document:
 
 
 def document_of(value: object, source: str) -> Document:
-    """Return a Python value as a document without lines; arrays and tuples become lists."""
+    """Return a Python value as a document without lines; arrays and tuples become lists.
+
+    Scalars of NumPy and xarray become Python's own.
+    """
     document = Document(source)
     document.data = _plain(value, document)
     return document
@@ -159,7 +162,7 @@ def _plain(value: object, document: Document, *path: str | int) -> Any:
     if isinstance(value, (list, tuple)) or getattr(value, "ndim", 0) > 0:
         listed = value if isinstance(value, (list, tuple)) else np.asarray(value).tolist()
         return [_plain(item, document, *path, index) for index, item in enumerate(listed)]
-    return value
+    return value.item() if getattr(value, "ndim", None) == 0 and hasattr(value, "item") else value
 
 
 def quoted(value: object) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
@@ -90,6 +91,11 @@ def test_python_users_may_pass_arrays_and_numbers_of_numpy() -> None:
     assert config.sweep == {"temperature": (150, 235, 320), "block_mass": (1, 2)}
     assert config.model == {"spring_stiffness": 1000, "viscosity_coefficient": 5}
     assert type(config.model["viscosity_coefficient"]) is float
+    point = xr.DataArray(250.0, name="temperature")  # such as ds.temperature[3]
+    scalars = {"model": {"T": point, "K": np.array(1e3)}, "sweep": {"M": [np.array(1), 2]}}
+    config = from_mapping(scalars | {"stationary": {"accelerate": np.False_}})
+    assert config.model == {"temperature": 250, "spring_stiffness": 1000}
+    assert (config.sweep, config.stationary.accelerate) == ({"block_mass": (1, 2)}, False)
 
 
 @pytest.mark.parametrize(
