@@ -152,7 +152,7 @@ def _draw_cloud(axes: Axes, cloud: Cloud, shades: Mapping[str, Any] | None) -> N
         cloud.x,
         cloud.y,
         s=_AREA * min(1.0, 300 / cloud.x.size),
-        c=cloud.values if shades else BLACK,
+        c=np.ma.filled(cloud.values, np.nan) if shades else BLACK,  # it warns of a masked first one
         linewidths=0,
         rasterized=True,
         **(shades or {}),

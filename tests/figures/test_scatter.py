@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
-from support.pictures import described, legend_of, note, panels, random_cases
+from support.pictures import described, failed, legend_of, note, panels, random_cases
 
+from stickslip.status import Status
 from sweeps.figures import PlotOptions, draw
 from sweeps.measurements import read_data
 
@@ -108,6 +109,16 @@ def test_a_missing_case_is_counted():
     ds = random_cases(**VARIED)
     ds["status"][4] = 3
     assert note(draw(ds)) == "Not drawn: 1 of 60 points missing (1 diverged)"
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("lost", [0, slice(None)])
+def test_a_first_case_without_a_result_is_left_out_without_a_warning(lost):
+    ds = failed(random_cases(**VARIED), Status.DIVERGED, case=lost)
+    figure = draw(ds, None, PlotOptions(variable="regime"))
+    (cloud,) = panels(figure)[0].collections
+    drawn = ~np.ma.getmaskarray(cloud.get_offsets()).any(axis=1)
+    assert drawn.sum() == int((ds.status == 0).sum())
 
 
 @pytest.mark.parametrize(
