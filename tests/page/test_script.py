@@ -121,3 +121,43 @@ def test_after_a_refusal_the_pin_is_at_the_open_point(show: str):
 def test_a_command_quotes_the_name_of_a_result_in_a_stack():
     script = """console.log(JSON.stringify(["film=a", "film=it's <b>"].map(quoted)));"""
     assert told(subject_of_paper(), script) == ["film=a", """'film=it'"'"'s &lt;b&gt;'"""]
+
+
+PICTURE = """
+    const range = () => ({
+      setv(ends) { Object.assign(this, ends); },
+      reset() { Object.assign(this, { start: "first", end: "last" }); },
+    });
+    const figure = { renderers: [], right: [], left: [{}], x_range: range(), y_range: range() };
+    models.set(state.view.linear.figure, figure);
+    for (const scale of ["linear", "log"]) models.set(`colours ${scale}`, { setv() {} });
+    Bokeh.documents[0].roots = () => page.hosts.map(() => ({ children: [figure] }));
+    FILL.curves = () => {};
+    const ends = () => [figure.x_range, figure.y_range].map(({ start, end }) => [start, end]);
+    draw = () => show(state.view.linear, "picture", state.place);
+    Object.assign(state, { zoom: [210, 220, 0, 5], variable: variables[0] });
+"""
+
+
+@pytest.fixture
+def curves() -> Subject:
+    result = sweep(temperature=[200.0 + i for i in range(30)]).assign_attrs(config="{}")
+    return replace(subject_of_paper(), result=result)
+
+
+def test_curves_that_are_drawn_again_stay_zoomed(curves: Subject):
+    """Otherwise a click would show another part than the address says."""
+    script = f"{PICTURE} draw(); console.log(JSON.stringify(ends()));"
+    assert told(curves, script) == [[210, 220], [0, 5]]
+
+
+def test_another_variable_on_the_vertical_axis_is_not_zoomed(curves: Subject):
+    """Otherwise the address would open it with the range of the last one, mostly empty."""
+    script = f"""
+        {PICTURE} draw();
+        Object.assign(element("view"), {{ selectedIndex: 0 }});
+        Object.assign(element("variable"), {{ selectedIndex: 1 }});
+        read({{ target: {{ id: "log" }} }});
+        console.log(JSON.stringify([state.zoom, ends()]));
+    """
+    assert told(curves, script) == [None, [["first", "last"]] * 2]

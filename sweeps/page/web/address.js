@@ -140,10 +140,7 @@ function recall(hash = location.hash.slice(1)) {
   Object.assign(state, { view, variable, place: point.place, log, zoom, pinned: isPinned });
   element("strange").textContent = strange.length ? `The address names ${strange.join(", ")}, which this page does not have.${axesInWords()}` : "";
   element("strange").hidden = !strange.length;
-  if (views.length) {
-    draw();
-    if (zoom) zoomTo(zoom);
-  }
+  if (views.length) draw();
   open(point, kept);
 }
 

@@ -1,6 +1,10 @@
 // Puts the numbers of the chosen variable and slice into the figures.
 
-const scaleNow = () => (state.variable.names ? "kinds" : state.log ? "log" : "linear");
+const scaleOf = (variable, log) => (variable.names ? "kinds" : log ? "log" : "linear");
+const scaleNow = () => scaleOf(state.variable, state.log);
+
+// Whether the variable is on the vertical axis.
+const isOfValues = ({ kind, heights }) => kind === "curves" || Boolean(heights);
 
 // The height of a point; a logarithmic scale has no place for values that are not above 0.
 function heightAt(point) {
@@ -58,6 +62,15 @@ function placesOfCurves({ x, curves }, place, at) {
   return curves.map((own) => own.reduce((start, [axis, index]) => start.with(axis, index), place.with(x.axis, at)));
 }
 
+// A figure keeps its ranges while others are shown, and may have been zoomed before.
+function zoomTo({ x_range, y_range }, zoom) {
+  if (zoom) {
+    const [left, right, bottom, top] = zoom;
+    x_range.setv({ start: left, end: right });
+    y_range.setv({ start: bottom, end: top });
+  } else for (const range of [x_range, y_range]) range.reset();
+}
+
 // Fill a figure and show it in its host, which shows one figure at a time.
 function show(sheet, id, place) {
   const { palette, label, names, ranges } = state.variable;
@@ -69,11 +82,12 @@ function show(sheet, id, place) {
     shape.visible = shape.glyph.color_mapper === mapper;
   }
   for (const bar of figure.right) bar.visible = bar.color_mapper === mapper && !palette;
-  if (sheet.kind === "curves" || sheet.heights) {
+  if (isOfValues(sheet)) {
     figure.y_range.setv({ start, end, reset_start: start, reset_end: end });
     figure.left[0].axis_label = label;
     if (names) figure.left[0].major_label_overrides = new Map(names.entries());
   }
+  if (id === "picture") zoomTo(figure, state.zoom);
   FILL[sheet.kind](sheet, place);
   const host = Bokeh.documents[0].roots()[page.hosts.indexOf(id)];
   if (host.children[0] !== figure) host.children = [figure];

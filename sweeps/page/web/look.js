@@ -68,15 +68,21 @@ function release() {
   if (state.pinned && !live) change({ pinned: false });
 }
 
-// Read the controls. Errors get a logarithmic scale. An open point of the file moves with the slice.
+// Read the controls. Errors get a logarithmic scale. An open point of the file moves with the slice. The zoom
+// stays where the axes do.
 function read({ target }) {
+  if (target.type === "range") {
+    const place = inputs.map((input) => Number(input.value));
+    change(live ? { place } : { place, pinned: false });
+    if (live && state.pinned) ask(partsOfPlace(place));
+    return;
+  }
   const [view, variable] = [views[element("view").selectedIndex], variables[element("variable").selectedIndex]];
   if (target.id === "variable") element("log").checked = !variable.names && variable.name.includes("error");
-  const place = inputs.map((input) => Number(input.value));
   const log = element("log").checked && !variable.names;
-  const sliced = live ? { place } : { place, pinned: false };
-  change(target.type === "range" ? sliced : { view, variable, log, ...(view !== state.view && { zoom: null }) });
-  if (target.type === "range" && live && state.pinned) ask(partsOfPlace(place));
+  const isOther = variable !== state.variable || log !== state.log;
+  const ofValues = [state.view[scaleNow()], view[scaleOf(variable, log)]].some(isOfValues);
+  change({ view, variable, log, zoom: view !== state.view || (isOther && ofValues) ? null : state.zoom });
 }
 
 // --- keys: whether they go across or up, and how far ---

@@ -29,12 +29,6 @@ function zoomed(ends) {
   remember();
 }
 
-function zoomTo([left, right, bottom, top]) {
-  const { x_range, y_range } = model(state.view[scaleNow()].figure);
-  x_range.setv({ start: left, end: right });
-  y_range.setv({ start: bottom, end: top });
-}
-
 function* everything(root) {
   for (const one of root.querySelectorAll("*")) {
     yield one;
