@@ -123,6 +123,20 @@ def test_a_command_quotes_the_name_of_a_result_in_a_stack():
     assert told(subject_of_paper(), script) == ["film=a", """'film=it'"'"'s &lt;b&gt;'"""]
 
 
+def test_a_zoom_of_an_address_holds_when_points_are_drawn():
+    """Bokeh fits the ranges of points to them, unless it knows of a zoom."""
+    script = """
+        const ends = (low, high) => ({
+          setv({ start, end }) { [low, high] = [start, end]; },
+          drawn() { return this.have_updated_interactively ? [low, high] : "all points"; },
+        });
+        const figure = { x_range: ends(), y_range: ends() };
+        zoomTo(figure, [210, 220, 0, 5]);
+        console.log(JSON.stringify(Object.values(figure).map((range) => range.drawn())));
+    """
+    assert told(subject_of_paper(), script) == [[210, 220], [0, 5]]
+
+
 PICTURE = """
     const range = () => ({
       setv(ends) { Object.assign(this, ends); },

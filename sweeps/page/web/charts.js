@@ -68,6 +68,8 @@ function zoomTo({ x_range, y_range }, zoom) {
     const [left, right, bottom, top] = zoom;
     x_range.setv({ start: left, end: right });
     y_range.setv({ start: bottom, end: top });
+    // Otherwise Bokeh would fit ranges of points to all points again when it draws them.
+    for (const range of [x_range, y_range]) range.have_updated_interactively = true;
   } else for (const range of [x_range, y_range]) range.reset();
 }
 
