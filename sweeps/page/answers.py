@@ -12,9 +12,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from stickslip.kernels.interruption import checked_by
+from stickslip.model.drive import full_forces
 from stickslip.orbit import Orbit
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
@@ -221,8 +223,7 @@ def amplitude_text(name: str, value: float, error: float) -> str:
 
 def absolute_errors(orbit: Orbit, p: Parameters) -> dict[str, float]:
     """Return the stated errors of both amplitudes; `amplitude_error` documents the yardsticks."""
-    full = max(2 * p.spring_stiffness, p.block_mass * p.angular_frequency**2)
-    force = _SMALL_PART * full * abs(p.drive_amplitude)
+    force = _SMALL_PART * full_forces(np.array([p], dtype=float)).item()
     yardsticks = dict(zip(AMPLITUDES, (force / p.contact_area, force), strict=True))
     return {
         name: orbit.amplitude_error * max(getattr(orbit, name), least)

@@ -185,10 +185,13 @@ def test_amplitudes_have_as_many_digits_as_are_known():
     assert amplitude_text(name, float("nan"), 1.0) == "—"
 
 
-def test_errors_of_small_amplitudes_are_relative_to_the_springs():
+@pytest.mark.parametrize("fifth_harmonic", [0.0, 0.2])
+def test_errors_of_small_amplitudes_are_relative_to_the_springs(fifth_harmonic: float):
+    """All tones of the drive move the springs, and the block."""
     orbit = stationary_orbit(Parameters(temperature=330.0), rtol=1e-4)
-    errors = absolute_errors(orbit, Parameters(temperature=330.0))
-    stress, force = (scale.item() for scale in error_scales(row(temperature=330.0)))
+    place = {"temperature": 330.0, "angular_frequency": 100.0, "fifth_harmonic": fifth_harmonic}
+    errors = absolute_errors(orbit, Parameters(**place))
+    stress, force = (scale.item() for scale in error_scales(row(**place)))
     assert errors["elastic_stress_amplitude"] == pytest.approx(orbit.amplitude_error * stress)
     larger = max(orbit.friction_force_amplitude, force)
     assert errors["friction_force_amplitude"] == pytest.approx(orbit.amplitude_error * larger)
