@@ -118,6 +118,27 @@ def test_after_a_refusal_the_pin_is_at_the_open_point(show: str):
     assert told(subject, script, axes) == [True, [1, 0], []]
 
 
+@pytest.mark.parametrize(
+    ("written", "opened"),
+    [
+        ({"at.temperature": "219"}, {"at.temperature": "220", "at.spring_stiffness": "500"}),
+        ({"at.temperature": "219", "at.bogus": "1"}, None),
+        ({}, None),
+    ],
+)
+def test_a_place_in_an_address_is_opened(written: dict[str, str], opened: dict[str, str] | None):
+    """As in a report, also if the address does not say that it is pinned."""
+    axes = {"temperature": [200.0, 210.0, 220.0], "spring_stiffness": [500.0, 1000.0]}
+    result = sweep(**axes).assign_attrs(config="{}")
+    script = f"""
+        const first = () => JSON.stringify(requests[0]) === JSON.stringify(firstParts());
+        page.start = [0, 0];
+        open(readPoint(Object.entries({json.dumps(written)}), startPlace()), null);
+        console.log(JSON.stringify(first() ? null : requests[0]));
+    """
+    assert told(replace(subject_of_paper(), result=result), script, axes) == opened
+
+
 def test_a_command_quotes_the_name_of_a_result_in_a_stack():
     script = """console.log(JSON.stringify(["film=a", "film=it's <b>"].map(quoted)));"""
     assert told(subject_of_paper(), script) == ["film=a", """'film=it'"'"'s &lt;b&gt;'"""]

@@ -147,7 +147,8 @@ function recall(hash = location.hash.slice(1)) {
 // Open the point of an address, after the one to keep.
 function open(point, kept) {
   if (live) {
-    const wanted = Object.keys(point.parts).length ? point.parts : state.pinned ? partsOfPlace(point.place) : firstParts();
+    const isNamed = state.pinned || (!point.strange.length && String(point.place) !== String(startPlace()));
+    const wanted = Object.keys(point.parts).length ? point.parts : isNamed ? partsOfPlace(point.place) : firstParts();
     const own = kept && (Object.keys(kept.parts).length ? kept.parts : partsOfPlace(kept.place));
     const begin = () => ask(wanted, undefined, (answer) => {
       showRefusedAddress(answer);
