@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stickslip.options import default_window
 from stickslip.parameters import Parameters
 from stickslip.symbols import plain
 from stickslip.variables import PARAMETERS, canonical_name
@@ -200,6 +201,9 @@ def _changed_parameters(parameters: Parameters) -> dict[str, float]:
 def _changed_settings(config: Config) -> dict[str, dict[str, Any]]:
     """Return the keys, by section, that are not at their defaults."""
     default = from_mapping({})
+    window = {"window": default_window(config.noise.treatment)}
+    stationary = default.stationary.model_copy(update=window)
+    default = default.model_copy(update={"stationary": stationary})
     changed = {}
     for section in _SECTIONS:
         usual, values = (getattr(one, section).used() for one in (default, config))

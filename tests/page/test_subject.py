@@ -195,6 +195,19 @@ def test_a_point_outside_the_file():
     assert (again.config.integrator, again.config.film) == (config.integrator, config.film)
 
 
+@pytest.mark.parametrize(("window", "named"), [(None, {}), (200, {"stationary.window": "200"})])
+def test_the_window_of_a_stochastic_film_is_named_unless_it_is_its_default(
+    window: int | None, named: dict[str, str]
+):
+    """Its default is another one: 200 was lost, and 32 stayed when the noise was changed back."""
+    written = {} if window is None else {"stationary": {"window": window}}
+    config = from_mapping({"noise": {"treatment": "stochastic"}} | written)
+    point = point_alone(config, config.parameters())
+    changes = changes_of(point)
+    assert {key: changes[key] for key in changes if key.startswith("stationary.")} == named
+    assert from_yaml(config_text(point)).stationary == config.stationary
+
+
 def test_a_point_of_a_file(result: xr.Dataset):
     shown_point = point_of_result(result, {"temperature": 2, "spring_stiffness": 7})
     parts = place_of(shown_point, result)
