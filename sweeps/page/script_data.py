@@ -104,6 +104,7 @@ def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
         "ranges": {"kinds": (*ends, *ends)},
         "palette": palette,
         "names": list(map(escape, names)),
+        "codes": [int(code) for code in colours.codes],
     }
 
 

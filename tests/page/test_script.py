@@ -118,6 +118,21 @@ def test_after_a_refusal_the_pin_is_at_the_open_point(show: str):
     assert told(subject, script, axes) == [True, [1, 0], []]
 
 
+@pytest.mark.parametrize(("meltings", "height"), [(4, 0), (2, None)])
+def test_the_kind_of_an_open_point_is_marked_at_its_place(meltings: int, height: int | None):
+    """On the axis of a file whose points all have four meltings; another number is not on it."""
+    subject = replace(
+        subject_of_paper(), result=sweep(temperature=[200.0, 210.0]).assign_attrs(config="{}")
+    )
+    script = f"""
+        state.variable = variables.find(({{ name }}) => name === "melting_count");
+        const shown = {{ temperature: 250, melting_count: {meltings} }};
+        const [, y] = spotOfOpened({{ kind: "cloud", names: ["temperature", ""] }}, {{ shown }});
+        console.log(JSON.stringify(y));
+    """
+    assert told(subject, script) == height
+
+
 @pytest.mark.parametrize(
     ("written", "opened"),
     [

@@ -121,8 +121,11 @@ function spotOfOpened(sheet, { shown }) {
     return isNumber ? (shown[name] ?? NaN) : NaN;
   };
   if (sheet.kind === "cells") return [along(sheet.x), along(sheet.y)];
-  if (sheet.kind === "curves") return [along(sheet.x), shown[state.variable.name] ?? NaN];
-  return sheet.names.map((name) => shown[name === "" ? state.variable.name : name] ?? NaN);
+  const { name: own, codes } = state.variable;
+  // Kinds are at their places among those of the file, which may lack this one.
+  const height = codes && !codes.includes(shown[own]) ? NaN : (codes?.indexOf(shown[own]) ?? shown[own] ?? NaN);
+  if (sheet.kind === "curves") return [along(sheet.x), height];
+  return sheet.names.map((name) => (name === "" ? height : (shown[name] ?? NaN)));
 }
 
 // The index of the least distance that is not NaN.
