@@ -201,6 +201,14 @@ def test_numbers_of_the_readme_stand_on_the_pages_of_measurements():
         assert measured_numbers(LINK.sub("]", item)) <= measured_numbers(text), item
 
 
+def test_sizes_in_the_questions_are_those_measured():
+    questions = (ROOT / "docs" / "faq.md").read_text("utf-8").split("\n\n")
+    (answer,) = [text for text in questions if "[measured](performance.md" in text]
+    sizes = set(re.findall(r"[\d.]+ MiB", answer))
+    assert len(sizes) >= 2
+    assert sizes <= set(re.findall(r"[\d.]+ MiB", (ROOT / "docs" / "performance.md").read_text()))
+
+
 def measured_numbers(text: str) -> set[str]:
     return set(re.findall(r"(?<![\w.])\d[\d.e%-]*(?<![.-])", text))
 
