@@ -154,6 +154,16 @@ def test_a_place_in_an_address_is_opened(written: dict[str, str], opened: dict[s
     assert told(replace(subject_of_paper(), result=result), script, axes) == opened
 
 
+def test_a_name_that_no_result_of_a_stack_has_is_nowhere():
+    """Even if the names look like numbers, among which it would have a nearest one."""
+    script = """
+        axes.push({ name: "film", called: ["film"], size: 2 });
+        parameters.push({ name: "film", keys: ["1", "2"] });
+        console.log(JSON.stringify(["1", "2", "3"].map((text) => placeAlong(0, text) ?? null)));
+    """
+    assert told(subject_of_paper(), script) == [0, 1, None]
+
+
 def test_a_command_quotes_the_name_of_a_result_in_a_stack():
     script = """console.log(JSON.stringify(["film=a", "film=it's <b>"].map(quoted)));"""
     assert told(subject_of_paper(), script) == ["film=a", """'film=it'"'"'s &lt;b&gt;'"""]

@@ -33,6 +33,7 @@ function valueText(axis, at) {
 function placeAlong(axis, text) {
   const values = valuesAlong(axis);
   if (values.includes(text)) return values.indexOf(text);
+  if (typeof values[0] === "string") return undefined; // names may look like numbers
   const ordered = risingAlong(axis);
   const [wanted, low, high] = [text.trim() ? Number(text) : NaN, ordered[0], ordered.at(-1)];
   if (!(wanted >= low - (ordered[1] - low) && wanted <= high + (high - ordered.at(-2)))) return undefined;
