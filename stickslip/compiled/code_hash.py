@@ -22,14 +22,17 @@ def code_hash(functions: Iterable[Any]) -> str:
 
     Raises TypeError with the name of a reference to anything else, which may change unnoticed.
     """
-    digest, seen = hashlib.sha256(), set[int]()
+    digest, seen = hashlib.sha256(), dict[int, int]()
     for function in functions:  # the flags of the law's own functions do not count: we set them
         _take(digest, getattr(function, "py_func", function), "a function of the law", seen)
     return digest.hexdigest()
 
 
-def _take(digest: Any, value: Any, name: str, seen: set[int]) -> None:
-    """Add a value to the hash; a function only once, with everything that it refers to."""
+def _take(digest: Any, value: Any, name: str, seen: dict[int, int]) -> None:
+    """Add a value to the hash; a function only once, with everything that it refers to.
+
+    Later it is added by its number in `seen`, which tells it from the other functions there.
+    """
     if isinstance(value, Dispatcher):
         flags = {k: sorted(v) if isinstance(v, set) else v for k, v in value.targetoptions.items()}
         digest.update(repr(sorted(flags.items())).encode())
@@ -51,8 +54,10 @@ def _take(digest: Any, value: Any, name: str, seen: set[int]) -> None:
             f"{name} is of the type {type(value).__name__}; a law may refer to numbers, tuples, "
             f"functions, and the modules {', '.join(_MODULES)}"
         )
-    elif id(value) not in seen:
-        seen.add(id(value))
+    elif id(value) in seen:
+        digest.update(f"function {seen[id(value)]}\0".encode())
+    else:
+        seen[id(value)] = len(seen)
         _take(digest, value.__code__, name, seen)
         _take(digest, value.__defaults__ or (), name, seen)
         cells = zip(value.__code__.co_freevars, value.__closure__ or (), strict=True)

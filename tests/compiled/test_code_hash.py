@@ -69,6 +69,19 @@ def test_closures_count() -> None:
     assert code_hash([law_of(1.0)]) == code_hash([law_of(1.0)]) != code_hash([law_of(2.0)])
 
 
+def test_it_counts_which_of_two_functions_a_third_name_means() -> None:
+    def law_of(wet: Callable[[float], float]) -> Callable[[float], float]:
+        return lambda u: cold(u) + warm(u) + wet(u)
+
+    def cold(u: float) -> float:
+        return math.sqrt(u)
+
+    def warm(u: float) -> float:
+        return math.cbrt(u)
+
+    assert code_hash([law_of(cold)]) == code_hash([law_of(cold)]) != code_hash([law_of(warm)])
+
+
 @pytest.mark.parametrize("value", ["[1.0]", "{}", "__import__('json')", "object()"])
 def test_a_reference_that_may_change_unnoticed_is_refused_by_name(value: str) -> None:
     with pytest.raises(TypeError, match=r"`SIZE`, to which helper refers, is of the type"):
