@@ -103,6 +103,8 @@ def _columns(pull: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         missing = [] if isinstance(pull, str) else [n for n in COLUMNS if n not in pull]
         if missing:
             raise PullError(f"a pull needs the columns {wanted}; {', '.join(missing)} is missing")
+        if masked := [name for name in COLUMNS if np.ma.is_masked(pull[name])]:
+            raise PullError(f"{' and '.join(masked)} must have no masked values")
         time, velocity = (np.asarray(pull[name], dtype=float) for name in COLUMNS)
     except PullError:
         raise

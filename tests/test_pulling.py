@@ -174,6 +174,10 @@ def test_any_number_is_a_constant_velocity(pull: object) -> None:
         ({"elapsed_time": [0, 1, 1, 1], "velocity": [1] * 4}, "row 3: elapsed_time is 1 s for the"),
         ({"elapsed_time": [-1, 1], "velocity": [1, 1]}, "row 0: elapsed_time is -1 s"),
         ({"elapsed_time": [0, 1], "velocity": [1, math.inf]}, "row 1: velocity is inf"),
+        (
+            {"elapsed_time": [0, 1], "velocity": np.ma.array([1, 9e36], mask=[0, 1])},
+            "no masked val",
+        ),
     ],
 )
 def test_an_invalid_pull_is_refused(pull: object, message: str) -> None:
