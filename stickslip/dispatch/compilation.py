@@ -42,8 +42,13 @@ def compiled_elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
 
     A call that fails, here or there, is left to the caller.
     """
-    with children_started():
-        pool = process_pool(min(len(calls), usable_cores() - 1))
+    try:
+        with children_started():
+            pool = process_pool(min(len(calls), usable_cores() - 1))
+    except Exception as error:  # noqa: BLE001 - such as a system without shared memory
+        log.debug("kernels are compiled one by one: %s", first_line(error))
+        yield
+        return
     try:
         with children_started():
             futures = [pool.submit(call) for call in calls]

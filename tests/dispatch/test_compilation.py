@@ -67,6 +67,16 @@ def test_kernels_that_fail_elsewhere_are_compiled_here_afterwards(
     assert prepared == [[], KINDS]
 
 
+def test_without_processes_all_kernels_are_compiled_here(
+    prepared: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0])
+    monkeypatch.setattr(kernels, "usable_cores", lambda: 2)
+    monkeypatch.setattr(kernels, "process_pool", _fail)
+    compile_kernels(DEFAULTS, GRID)
+    assert prepared == [[], KINDS]
+
+
 def test_kernels_that_no_process_has_begun_are_compiled_here(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
