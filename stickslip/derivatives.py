@@ -94,7 +94,8 @@ def sensitivities(
     Raises
     ------
     ValueError
-        `of` is not an amplitude, `by` is empty, or the noise is stochastic.
+        `of` is not an amplitude, `by` is empty, the noise is stochastic, or a dimension of the
+        points is called `parameter`.
     TypeError
         A parameter or option is unknown. Other errors are as in `stationary_orbits`.
     """
@@ -105,6 +106,11 @@ def sensitivities(
     places, chosen = places_of(points), options_for_orbits(rtol=rtol, **options)
     if chosen.physics.chance:
         raise ValueError("noise: a mean of random paths has no derivative; leave out 'stochastic'")
+    if PARAMETER in places.dims:
+        raise ValueError(
+            f"{PARAMETER} is a dimension of the points, and will be that of the derivatives; "
+            "rename the first"
+        )
     rows = rows_of(places)
     steps = [_Step.of(rows, name, part) for name in parameters for part in _PARTS]
     results = orbit_rows(np.concatenate([rows, *(step.rows for step in steps)]), chosen)

@@ -117,6 +117,11 @@ def test_invalid_arguments_are_refused_with_a_reason(case: str) -> None:
         sensitivities({}, **arguments)
 
 
+def test_points_along_the_dimension_of_the_derivatives_are_refused() -> None:
+    with pytest.raises(ValueError, match="parameter is a dimension of the points"):
+        sensitivities({"T": xr.DataArray([200.0, 250.0], dims="parameter")}, "k")
+
+
 # --- errors that propagate ------------------------------------------------------------------------
 
 
