@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -25,6 +25,7 @@ from stickslip.variables import (
     ENERGY_COEFFICIENTS,
     PARAMETERS,
     RESULT_COLUMNS,
+    RESULTS,
     canonical_name,
     full_names,
     unbounded,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    Points: TypeAlias = Mapping[str, ArrayLike | xr.DataArray] | pd.DataFrame
+    Points: TypeAlias = Mapping[str, ArrayLike | xr.DataArray] | pd.DataFrame | xr.Dataset
 
 POINT = "point"
 """The dimension of points in a list or a table."""
@@ -61,8 +62,8 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
     points
         Parameters by name or symbol: numbers, lists and arrays of equal length, or of shapes that
         broadcast as in numpy, or DataArrays, which broadcast by the names of their dimensions. Or a
-        DataFrame with parameters as columns and a point in each row. All other parameters have the
-        values of the paper's Fig. 3.
+        DataFrame with parameters as columns and a point in each row, or a Dataset with parameters
+        as variables and coordinates. All other parameters have the values of the paper's Fig. 3.
     **options
         As for `stationary_orbit`.
 
@@ -88,7 +89,7 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
         A parameter or option is unknown, or a parameter is given twice.
     ValueError
         Shapes do not broadcast, the coordinates of DataArrays differ, or a dimension has the name
-        of a parameter whose values do not lie along it.
+        of a result, or of a parameter whose values do not lie along it.
     """
     places, chosen = places_of(points), options_for_orbits(**options)
     return results_at(places, orbit_rows(rows_of(places), chosen))
@@ -115,7 +116,7 @@ def places_of(points: Points) -> xr.Dataset:
     arrays = {name: _labelled(values, shape, dims) for name, values in plain.items()}
     for name, labelled in ((n, v) for n, v in given.items() if _is_labelled(v)):
         _numbers(name, labelled.values)  # refuses what is not a number, unlike `astype`
-        arrays[name] = labelled.astype(float)
+        arrays[name] = _without_ours(labelled, given).astype(float)
     try:
         xr.align(*arrays.values(), join="exact")
     except ValueError as error:
@@ -165,9 +166,16 @@ def orbit_rows(
 
 
 def _columns(points: Points) -> Mapping[Any, Any]:
-    """Return the columns of a DataFrame as DataArrays along its rows; return a mapping as it is."""
-    import pandas as pd
+    """Return the columns of a DataFrame as DataArrays along its rows; return a mapping as it is.
 
+    Parameters in the index of a DataFrame, or among the coordinates of a Dataset, are columns too.
+    """
+    import pandas as pd
+    import xarray as xr
+
+    if isinstance(points, xr.Dataset):
+        given = [name for name in points.coords if canonical_name(str(name))]
+        return {name: points[name] for name in (*given, *points.data_vars)}
     if not isinstance(points, pd.DataFrame):
         is_mapping: bool = isinstance(points, Mapping)
         if not is_mapping:
@@ -230,6 +238,23 @@ def _is_labelled(values: Any) -> bool:
     return isinstance(values, xr.DataArray)
 
 
+def _without_ours(labelled: xr.DataArray, given: Iterable[str]) -> xr.DataArray:
+    """Return an array without coordinates that would hide parameters and results of its points.
+
+    A slice of a result has them, and a stacked one has parameters as levels of an index. Raises
+    ValueError for such a level whose values are not given.
+    """
+    ours = (PARAMETERS.keys() | RESULTS.keys()) & labelled.coords.keys() - set(labelled.dims)
+    levels = [name for name in labelled.indexes if name in ours]
+    if lost := [name for name in levels if name in PARAMETERS and name not in given]:
+        raise ValueError(
+            f"{', '.join(map(str, lost))} is an index of the points, but its values are not given; "
+            "give them too, or drop the index"
+        )
+    whole = {name for level in levels for name in labelled.xindexes.get_all_coords(level)}
+    return labelled.reset_index(list(whole)).drop_vars(ours)
+
+
 def _labelled(values: NDArray[np.float64], shape: tuple[int, ...], dims: list[str]) -> xr.DataArray:
     """Return a copy of a plain array with named dimensions; a number has none."""
     import xarray as xr
@@ -240,8 +265,13 @@ def _labelled(values: NDArray[np.float64], shape: tuple[int, ...], dims: list[st
 
 
 def _refuse_dimensions(arrays: Mapping[str, xr.DataArray]) -> None:
-    """Raise ValueError for a dimension named like a parameter whose values do not lie along it."""
+    """Raise ValueError for a dimension named like a parameter whose values do not lie along it.
+
+    Nor may it be named like a result.
+    """
     for name in dict.fromkeys(dim for array in arrays.values() for dim in array.dims):
+        if name in RESULTS:
+            raise ValueError(f"{name} is a dimension of the points, and a result; rename the first")
         if name in PARAMETERS and (name not in arrays or arrays[str(name)].dims != (name,)):
             raise ValueError(
                 f"{name} is a dimension of the points, but its values are not along it; give them "

@@ -26,6 +26,8 @@ from stickslip import (
 )
 from stickslip.dispatch import backend
 from stickslip.dispatch.errors import ExecutorError
+from stickslip.orbit import failed_row
+from stickslip.points import places_of, results_at, rows_of
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps import run
@@ -164,6 +166,47 @@ def test_an_index_may_be_named_by_a_number() -> None:
     assert ds["1"].values.tolist() == [7]
 
 
+def test_coordinates_of_a_dataset_are_parameters_as_its_variables_are() -> None:
+    given = xr.Dataset(
+        {"T": ("x", TEMPERATURES)}, {"K": ("x", [500.0, 1e3, 2e3]), "x": list("abc")}
+    )
+    rows = rows_of(places_of(given))
+    assert rows[:, Parameters._fields.index("spring_stiffness")].tolist() == [500.0, 1e3, 2e3]
+    alone = places_of(given.drop_vars("T"))
+    assert alone.spring_stiffness.dims == ("x",)
+    assert alone.x.values.tolist() == list("abc")
+
+
+def test_points_of_a_stacked_result_are_computed_again() -> None:
+    grid = places_of(
+        {
+            "T": xr.DataArray(TEMPERATURES, dims="temperature"),
+            "omega": xr.DataArray([10.0, 20.0], dims="angular_frequency"),
+        }
+    )
+    stacked = grid.stack(place=("temperature", "angular_frequency"))
+    again = {"T": stacked.temperature, "omega": stacked.angular_frequency}
+    for points in (again, stacked):
+        places = places_of(points)
+        assert dict(places.sizes) == {"place": 6}
+        np.testing.assert_array_equal(rows_of(places), rows_of(grid))
+    labels = {"run": [1, 2], "temperature": TEMPERATURES}
+    runs = xr.DataArray([TEMPERATURES] * 2, labels, ["run", "temperature"])
+    of_runs = places_of({"T": runs.stack(place=("run", "temperature"))})
+    assert of_runs.run.values.tolist() == [1, 1, 1, 2, 2, 2]
+    assert of_runs.temperature.values.tolist() == TEMPERATURES * 2
+
+
+def test_coordinates_of_an_array_hide_no_result() -> None:
+    labels = {"status": ("x", [3, 3]), "temperature": ("x", [1.0, 2.0]), "x": [5, 6]}
+    places = places_of({"k": xr.DataArray([4e4, 5e4], labels, "x")})
+    assert float(places.temperature) == 200.0
+    assert places.x.values.tolist() == [5, 6]
+    ds = results_at(places, np.tile(failed_row(Status.FAILED), (2, 1)))
+    assert set(ds.data_vars) == set(RESULT_COLUMNS)
+    assert ds.status.values.tolist() == [Status.FAILED] * 2
+
+
 def test_arrays_broadcast_as_in_numpy() -> None:
     ds = stationary_orbits({"T": np.array(TEMPERATURES)[:, None], "k": np.array([5e4, 3e4])})
     assert dict(ds.sizes) == {"dim_0": 3, "dim_1": 2}
@@ -243,6 +286,16 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
         },
         ValueError,
         "temperature is a dimension of the points, but its values are not along it",
+    ),
+    "a parameter as a level alone": (
+        {"k": xr.DataArray([5e4], {"temperature": ("a", [250.0])}, "a").set_xindex("temperature")},
+        ValueError,
+        "temperature is an index of the points, but its values are not given",
+    ),
+    "a result as a dimension": (
+        pd.DataFrame({"T": [200.0]}, index=pd.Index([2], name="regime")),
+        ValueError,
+        "regime is a dimension of the points, and a result; rename the first",
     ),
     "other coordinates": (
         {
