@@ -164,7 +164,10 @@ def distribution(kind: str, first: float, second: float) -> Distribution:
     """
     logarithmic = kind in ("log", "lognormal")
     if kind in ("normal", "lognormal"):
-        if not second > 0.0 or not math.isfinite(first + second):
+        if not math.isfinite(first):
+            middle = "median" if logarithmic else "mean"
+            raise DistributionError(f"the {middle} must be a finite number, not {first:g}")
+        if not 0.0 < second < math.inf:
             raise DistributionError(f"the deviation must be a number above 0, not {second:g}")
         if logarithmic and not first > 0.0:
             raise DistributionError(f"the median must be above 0, not {first:g}")

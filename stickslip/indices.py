@@ -21,7 +21,7 @@ from stickslip.parameters import Parameters
 from stickslip.points import orbit_rows, places_of, rows_of
 from stickslip.regime import Regime
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS, RESULTS
+from stickslip.variables import RESULT_COLUMNS, RESULTS, canonical_result
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +67,7 @@ def sensitivity_indices(
         values, `{"log": (low, high)}` to draw it evenly in its logarithm, or a number to fix it.
         Parameters are drawn independently.
     of
-        Names of results, from `variables.RESULTS`.
+        Names or symbols of results, from `variables.RESULTS`.
     base_points
         The number n, a power of 2.
     seed
@@ -105,18 +105,19 @@ def sensitivity_indices(
     results, chosen = results_named(of), options_for_orbits(**options)
     design = Design.of(ranges, base_points, seed)
     points: dict[str, Any] = {**design.points(), **fixed}
-    rows = orbit_rows(rows_of(places_of(points)), chosen)
+    places = places_of(points)
+    rows = orbit_rows(rows_of(places), chosen)
     ds = indices_of(
         design, rows, results, seed=seed, confidence=confidence, largest_missing=largest_missing
     )
-    varied = Parameters()._asdict() | fixed
-    constant = {name: value for name, value in varied.items() if name not in ranges}
+    constant = {n: places[n].item() for n in Parameters._fields if n not in ranges}
     return ds.assign_coords(parameter_scalars(constant))
 
 
 def results_named(of: str | Iterable[str]) -> list[str]:
-    """Return the names of results as a list; raises BoxError for an unknown one, or for none."""
-    names = [of] if isinstance(of, str) else list(of)
+    """Return the full names of results; raises BoxError for an unknown one, or for none."""
+    given = [of] if isinstance(of, str) else list(of)
+    names = [canonical_result(name) or name for name in given]
     unknown = [name for name in names if name not in RESULTS or name in ("status", "regime")]
     if unknown or not names:
         what = f"there is no result {', '.join(unknown)}" if unknown else "no result is named"

@@ -47,7 +47,7 @@ class Request:
 
     def __post_init__(self) -> None:
         with _refusals():
-            results_named(self.of)
+            object.__setattr__(self, "of", results_named(self.of))
             refuse_confidence(self.confidence)
             refuse_share(self.largest_missing)
             object.__setattr__(self, "design", _design_of(self.config))

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.stats import sobol_indices
 
 from stickslip import ParameterError, indices, sensitivity_indices, stationary_orbits
 from stickslip.boxes import BoxError, Design
 from stickslip.distributions import Range
-from stickslip.indices import indices_of, saltelli
+from stickslip.indices import indices_of, results_named, saltelli
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
@@ -174,6 +175,16 @@ def test_orbits_are_computed_at_the_points_of_the_design() -> None:
         ({"T": 200}, BoxError, "no parameter varies"),
         ({"T": (280, 200)}, BoxError, "temperature: must rise"),
         ({"gamma": {"log": (-0.5, 1)}}, BoxError, "two values above 0 for a logarithm"),
+        (
+            {"T": {"normal": (math.nan, 1)}},
+            BoxError,
+            "temperature: the mean must be a finite number",
+        ),
+        (
+            {"k": {"lognormal": (1e4, math.inf)}},
+            BoxError,
+            "deviation must be a number above 0, not",
+        ),
         ({"T": (200, 250, 300)}, BoxError, r"temperature: must be \[low, high\], "),
         ({"T": "warm", "k": (1e4, 2e4)}, ParameterError, "temperature must be a number"),
         ({"T": (-5, 200)}, ParameterError, "temperature"),
@@ -185,6 +196,21 @@ def test_an_invalid_box_is_refused(
 ) -> None:
     with pytest.raises(error, match=message):
         sensitivity_indices(box, base_points=8)
+
+
+def test_a_fixed_parameter_may_be_a_scalar_of_a_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(indices, "orbit_rows", lambda rows, _: rows_with(asymmetry=rows[:, 0]))
+    of_a_result = xr.Dataset(coords={"spring_stiffness": 500.0, "temperature": 250.0})
+    box = {"T": (200, 280), "K": of_a_result.spring_stiffness, "omega": np.float32(32)}
+    ds = sensitivity_indices(box, "asymmetry", base_points=4)
+    assert (float(ds.spring_stiffness), float(ds.angular_frequency)) == (500.0, 32.0)
+    assert "temperature" not in ds.coords
+
+
+def test_results_have_symbols_too() -> None:
+    assert results_named(["F_max", "W"]) == ["friction_force_amplitude", "dissipated_energy"]
+    with pytest.raises(BoxError, match="friction_force_amplitude is named twice"):
+        results_named(["F_max", "friction_force_amplitude"])
 
 
 def test_base_points_are_a_power_of_2_and_results_have_names() -> None:

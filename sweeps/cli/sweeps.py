@@ -323,7 +323,7 @@ def sensitivity(
     request = Request(checked, results, confidence, largest_missing)
     identity = {
         "config": checked.resolved_yaml(),
-        "of": list(results),
+        "of": list(request.of),
         "confidence": confidence,
         "largest_missing": largest_missing,
     }

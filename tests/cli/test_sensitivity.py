@@ -41,7 +41,7 @@ def test_the_command_writes_the_indices_of_the_function(command: Command) -> Non
     )
     for name in known.data_vars:
         np.testing.assert_array_equal(written[name], known[name], err_msg=str(name))
-    again = command("sensitivity", "box.yaml", "--of", "friction_force_amplitude", "-o", "i.nc")
+    again = command("sensitivity", "box.yaml", "--of", "F_max", "-o", "i.nc")
     assert again.code == 0
     assert "complete, nothing to do" in again.err
     command.ok("plot", "i.nc", "-o", "again.svg")
