@@ -131,7 +131,8 @@ def _checked(args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[float]:
 
 def as_float(name: str, value: Any) -> float:
     """Return a value of a parameter as a float; raises ParameterError for text and the like."""
-    if not isinstance(value, (str, bytes, bool)):
+    truth = isinstance(value, bool) or str(getattr(value, "dtype", "")) == "bool"
+    if not truth and not isinstance(value, (str, bytes)):
         with suppress(TypeError, ValueError, OverflowError):
             return float(value)
     raise ParameterError(f"{name} must be a number, not {value!r}")

@@ -98,7 +98,9 @@ def test_numbers_become_floats(value: float):
     assert {type(field) for field in p} == {float}
 
 
-@pytest.mark.parametrize("value", ["250", b"250", True, None, 250j, [250], [], {}, 10**400])
+@pytest.mark.parametrize(
+    "value", ["250", b"250", True, np.True_, None, 250j, [250], [], {}, 10**400]
+)
 def test_anything_else_is_refused_by_name(value: object):
     with pytest.raises(ParameterError, match=r"^temperature must be a number, not "):
         Parameters(temperature=value)
