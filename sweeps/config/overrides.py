@@ -5,7 +5,7 @@ axis if it had one. A list or a form such as `{linspace: ...}` makes it an axis,
 after the other axes. For a parameter linked in `cases`, a list replaces its values and a single
 number is refused; `case=INDEX` picks one case and fixes all linked parameters. A parameter that
 `sample` draws is refused: `sample.NAME=[LOW, HIGH]` changes its range. Any other key is a path with
-dots, such as `integrator.rtol`.
+dots, such as `integrator.rtol`. An override that would undo an earlier one is refused.
 """
 
 from __future__ import annotations
@@ -91,6 +91,8 @@ def _set_parameter(document: Document, key: str, name: str, written: Document) -
         return
     gone, section = ("model", "sweep") if is_axis else ("sweep", "model")
     while old := document.path_of(name, gone):
+        if _is_set_before(document, written, key, *old):
+            return
         del document.data[gone][old[1]]
     _set_path(document, [section, name], written)
 
@@ -108,4 +110,15 @@ def _set_path(document: Document, path: list[str], written: Document) -> None:
             return
     name = canonical_name(last)
     given = [key for key in target if name and canonical_name(key) == name]
-    document.put(written.data, written.source, *sections, *(given[:1] or [last]))
+    place = (*sections, *(given[:1] or [last]))
+    if not _is_set_before(document, written, ".".join(path), *place):
+        document.put(written.data, written.source, *place)
+
+
+def _is_set_before(document: Document, written: Document, key: str, *path: str | int) -> bool:
+    """Return whether an earlier override set a value at a path or below it; refuse to undo it."""
+    for other, (source, _) in document.places.items():
+        if other[: len(path)] == path and source != document.source:
+            written.refuse(f"would undo {source}: give it first, or leave one of the two out", key)
+            return True
+    return False

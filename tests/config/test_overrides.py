@@ -112,6 +112,25 @@ def test_a_parameter_set_twice_is_refused() -> None:
     assert "is set twice, first by --set T=1" in line
 
 
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("model.T=1", "model.temperature=2"),
+        ("T=1", "model.temperature=2"),
+        ("T=1", "model={K: 100}"),
+        ("sweep.T=[1, 2]", "T=3"),
+        ("integrator.rtol=1e-8", "integrator={max_error: 0.1}"),
+    ],
+)
+def test_an_override_does_not_undo_an_earlier_one_in_silence(first: str, second: str) -> None:
+    assert f"would undo --set {first}" in "\n".join(problems("{}", first, second))
+
+
+def test_a_key_is_changed_after_its_section() -> None:
+    config = from_yaml("{}", overrides=["model={K: 100}", "T=1", "integrator.rtol=1e-8"])
+    assert config.model == {"spring_stiffness": 100, "temperature": 1}
+
+
 def test_dotted_paths_reach_every_section() -> None:
     config = from_yaml(
         "integrator: {rtol: 1e-6}",
