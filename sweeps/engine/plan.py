@@ -104,7 +104,8 @@ def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Work
             lines = order_of(grid, done, executor)
             order = Given(list(islice(lines, executor.slots)), lines.line)
         for block in ask(grid.rows, order, options, executor):
-            costs.learn(len(block.indices), block.seconds)
+            fresh = int(np.count_nonzero(~done[block.indices]))  # of a line, which is whole
+            costs.learn(fresh, block.seconds)
         return costs
 
     costs = costs_in_blocks_of(_FEW)

@@ -188,6 +188,14 @@ def test_a_plan_counts_lines(shell: Shell) -> None:
     assert "blocks: 2" in out  # a line each, one for each worker
 
 
+def test_a_plan_expects_whole_lines_where_a_point_is_missing(shell: Shell) -> None:
+    write("a.yaml", LINE, LOOSE)
+    shell.ok("sweep", "a.yaml", "-o", "a.nc", "--set", "omega=[14, 14.5, 15, 15.5, 18]")
+    out = shell.ok("plan", "a.yaml", "-o", "a.nc").out
+    assert "points: 24, 10 already computed" in out  # those upward
+    assert "from a sample of 14;" in out  # whose blocks take the time of 24
+
+
 def test_a_line_has_one_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Costs, "estimate", lambda _costs, points, slots: float(points // slots))
     axes = {"T": [200, 210], "omega": [14, 14.5]}
