@@ -99,7 +99,7 @@ def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Work
     """
 
     def costs_in_blocks_of(points: int) -> Costs:
-        costs, order = Costs(), Given(pilot_blocks(done, points))
+        costs, order = Costs(), Given(_sample(done, points))
         if grid.followed:  # whole lines, one block for each worker
             lines = order_of(grid, done, executor)
             order = Given(list(islice(lines, executor.slots)), lines.line)
@@ -114,3 +114,12 @@ def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Work
     affordable = costs.points_in(_MOMENT * executor.slots / PILOT_BLOCKS)
     many = min(affordable, pilot_points(len(done)))
     return costs_in_blocks_of(many) if many > 2 * _FEW else costs
+
+
+def _sample(done: NDArray[np.bool_], points: int) -> list[NDArray[np.int64]]:
+    """Return the blocks of a pilot; if few points are left, strata of these alone have them."""
+    blocks = pilot_blocks(done, points)
+    if sum(map(len, blocks)) >= points:
+        return blocks
+    left = np.flatnonzero(~done)
+    return [left[some] for some in pilot_blocks(np.zeros(len(left), dtype=bool), points)]

@@ -227,6 +227,15 @@ def test_plan_counts_existing_points(shell: Shell) -> None:
     assert everything() == before
 
 
+def test_a_plan_samples_the_few_points_that_are_left(shell: Shell) -> None:
+    axis = "sweep: {{T: {{linspace: [200, {}], num: {}}}}}\noutput: b.nc\n"
+    shell.ok("sweep", write("b.yaml", axis.format(349, 150), LOOSE))
+    for length in range(151, 155):  # of 128 strata, which hardly ever meet the last points
+        out = shell.ok("plan", write("b.yaml", axis.format(199 + length, length), LOOSE)).out
+        assert f"from a sample of {length - 150};" in out
+        assert shell.values("temperature")[0] > 349
+
+
 # --- signals ---
 
 
