@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from sweeps.points import Point
 
 
-def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
+def write_timing(outcome: Outcome, backend: str) -> None:
     """Write the timing to a file beside the result."""
     timing = {
         "seconds": round(outcome.seconds, 3),
         "kernel_seconds": round(outcome.kernel_seconds, 3),
         "points": outcome.computed,
         "points_per_second": round(outcome.computed / max(outcome.seconds, 1e-9), 3),
-        "workers": workers,
+        "workers": outcome.workers,
         "backend": backend,
         "machine": platform.machine(),
         "processor": processor(),
@@ -106,8 +106,9 @@ def print_suspicions(suspicious: tuple[int, int]) -> None:
 _DEVIATIONS, _LEAST_WIDE = 2.0, 0.15
 
 
-def print_plan(plan: Plan, slots: str) -> None:
+def print_plan(plan: Plan, backend: str) -> None:
     """Print the size and the expected time of a sweep."""
+    slots = f"{counted(plan.workers, 'worker')} ({backend})"
     print(f"points: {plan.points}" + (f", {plan.there} already computed" if plan.there else ""))
     print(f"blocks: {plan.blocks}")
     print(

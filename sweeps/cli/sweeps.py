@@ -217,7 +217,7 @@ def plan(
     if points >= _MANY:
         say(f"{points} points; checking existing results and computing a sample")
     made = interruptible(lambda: make_plan(config, path, compiling, chosen), compiling.stop)
-    print_plan(made, f"{counted(config.execution.slots, 'worker')} ({config.execution.backend})")
+    print_plan(made, config.execution.backend)
 
 
 def status(
@@ -388,7 +388,7 @@ def sweep_and_report(
     if outcome.stopped is not None:
         _leave(outcome)
     if outcome.computed and timing:
-        write_timing(outcome, config.execution.slots, config.execution.backend)
+        write_timing(outcome, config.execution.backend)
     try:
         print_summary(outcome)
         sys.stdout.flush()

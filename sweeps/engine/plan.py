@@ -35,7 +35,7 @@ _MOMENT = 3.0  # seconds that the second pilot may take
 class Plan:
     """The estimated size and time of a sweep.
 
-    `there` of the `points` exist already. The rest takes `seconds` on the given workers, without
+    `there` of the `points` exist already. The rest takes `seconds` on so many `workers`, without
     compiling, with the relative standard error `uncertainty`. On a refined grid that is the time
     for all points, and `least_seconds` is the time for the coarse points alone; on other grids the
     two are equal.
@@ -50,6 +50,7 @@ class Plan:
     least_seconds: float
     uncertainty: float
     pilot_points: int
+    workers: int
 
 
 def plan(
@@ -65,13 +66,14 @@ def plan(
     wanted, execution = intention(config, output, part), config.execution
     target, done = wanted.target, ~wanted.missing
     points, left = (int(np.count_nonzero(some)) for some in (target.needed, wanted.missing))
-    costs, slots, blocks = Costs(), 1, 0
+    costs, workers, slots, blocks = Costs(), execution.slots, 1, 0
     if left:
         options = options_of(config)
         with compiling:
             compile_kernels(options, target.grid)
         with make_executor(execution) as executor:
-            costs, slots = _pilot(target.grid, options, done, executor), executor.slots
+            costs = _pilot(target.grid, options, done, executor)
+            workers = slots = executor.slots  # a cluster has its own
             block = execution.block_points or max(1, costs.points_in(executor.block_seconds))
             blocks = math.ceil(left / block)
             if target.grid.followed:
@@ -89,6 +91,7 @@ def plan(
         least_seconds=costs.estimate(int(np.count_nonzero(needed & ~done)), slots),
         uncertainty=costs.uncertainty,
         pilot_points=costs.points,
+        workers=workers,
     )
 
 

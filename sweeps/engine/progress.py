@@ -266,6 +266,11 @@ class Counts:
             self._begun = time.monotonic()
 
     @property
+    def slots(self) -> int:
+        """The number of workers, which on a cluster come and go."""
+        return self._slots()
+
+    @property
     def computed(self) -> int:
         """The number of points that this run has finished."""
         return self.costs.points
@@ -305,7 +310,7 @@ class Counts:
         """
         if not self.computed:
             return None
-        slots, cost = self._slots(), self.costs.seconds / self.computed
+        slots, cost = self.slots, self.costs.seconds / self.computed
         running = self.in_flight.ages[:slots]
         rest = [max(cost * points - age, 0.0) for points, age in running]
         spent = sum(cost * points for points, _ in running) - sum(rest)
@@ -321,7 +326,7 @@ class Counts:
             "seconds": round(self.seconds, 3),
             "points_per_second": round(self.rate, 3),
             "seconds_left": None if left is None else round(left, 1),
-            "slots": self._slots(),
+            "slots": self.slots,
         }
 
     @property

@@ -54,10 +54,10 @@ class Outcome:
     """The outcome of a sweep, or of a part of one.
 
     `statuses` (128,) counts the points of each status, `computed` the points that this run added;
-    `worst_error` and `statistical_error` are those of `Written`. `suspicious` counts points whose
-    power balance, and whose stress, looks wrong without being impossible. If the sweep ended early,
-    `stopped` is the exit code, and `reason` says why. A merged result is `complete` if it existed
-    already.
+    `worst_error` and `statistical_error` are those of `Written`. `workers` were there when the run
+    ended. `suspicious` counts points whose power balance, and whose stress, looks wrong without
+    being impossible. If the sweep ended early, `stopped` is the exit code, and `reason` says why. A
+    merged result is `complete` if it existed already.
     """
 
     output: Path
@@ -66,6 +66,7 @@ class Outcome:
     computed: int = 0
     seconds: float = 0.0
     kernel_seconds: float = 0.0
+    workers: int = 0
     suspicious: tuple[int, int] = (0, 0)
     stopped: Exit | None = None
     reason: str = ""
@@ -331,6 +332,7 @@ class Recorder:
             computed=self._counts.computed,
             seconds=self._counts.seconds,
             kernel_seconds=self._counts.costs.seconds,
+            workers=self._counts.slots,
             suspicious=(int(self._suspicious[0]), int(self._suspicious[1])),
             **ending,
         )

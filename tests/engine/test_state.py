@@ -25,6 +25,8 @@ from support.sweeps.sweeping import (
     write,
 )
 
+from stickslip.dispatch.thread_pool import ThreadExecutor
+from sweeps.engine import plan, sweep
 from sweeps.engine.sweep import JournaledResult
 from sweeps.exits import StorageError
 
@@ -234,6 +236,16 @@ def test_a_plan_samples_the_few_points_that_are_left(shell: Shell) -> None:
         out = shell.ok("plan", write("b.yaml", axis.format(199 + length, length), LOOSE)).out
         assert f"from a sample of {length - 150};" in out
         assert shell.values("temperature")[0] > 349
+
+
+def test_workers_are_counted_where_the_points_are_computed(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (plan, sweep):  # as on a cluster, which has its own number
+        monkeypatch.setattr(module, "make_executor", lambda _: ThreadExecutor(5))
+    assert " on 5 workers (threads), from a sample " in shell.ok("plan", "a.yaml").out
+    shell.ok("sweep", "a.yaml")
+    assert json.loads(Path("a.nc.timing.json").read_text())["workers"] == 5
 
 
 # --- signals ---
