@@ -17,7 +17,7 @@ from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.cli.shared import say
 from sweeps.files.atomic import replacing
-from sweeps.files.attributes import software
+from sweeps.files.attributes import flags_of, software
 from sweeps.files.netcdf import content_hash
 from sweeps.human import counted, duration, points_per_time, printable, size_text
 
@@ -172,21 +172,14 @@ def describe_file(ds: xr.Dataset) -> None:
         version = ds.attrs.get("numerics_version", "unknown")
         if version != str(NUMERICS_VERSION):
             _print(f"computed by numerics version {version}, this is {NUMERICS_VERSION}")
-        for flag, meaning in _statuses(ds.status.attrs).items():
+        usual = {int(status): status.name.lower() for status in Status}
+        for flag, meaning in (flags_of(ds.status.attrs) or usual).items():
             count = int((ds.status == flag).sum())
             if count:
                 _print(f"  {meaning}: {count}")
     for name in ("source", "history", "software", "config_sha256"):
         _print(f"{name}: {ds.attrs.get(name, 'unknown')}")
     _print(f"content_sha256: {content_hash(ds)}")
-
-
-def _statuses(attributes: Mapping[str, Any]) -> dict[int, str]:
-    """Return the names of statuses by code: those of the file, else the usual ones."""
-    if not {"flag_values", "flag_meanings"} <= attributes.keys():
-        return {int(status): status.name.lower() for status in Status}
-    meanings = str(attributes["flag_meanings"]).split()
-    return dict(zip(map(int, attributes["flag_values"]), meanings, strict=True))
 
 
 def parameters_text(grid: Grid) -> str:

@@ -7,6 +7,7 @@ from importlib import metadata
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 from support import messages
 from support.pictures import sweep
@@ -60,6 +61,13 @@ def test_info_says_why_code_is_not_cached(tmp_path: Path) -> None:
 
 def test_info_names_statuses_that_a_file_does_not_name(command: Command) -> None:
     sweep(temperature=[200.0, 250.0]).to_netcdf("a.nc")
+    assert "\n  ok: 2\n" in command.ok("info", "a.nc").out
+
+
+def test_info_names_a_single_status_that_a_user_has_left(command: Command) -> None:
+    ds = sweep(temperature=[200.0, 250.0])
+    ds.status.attrs |= {"flag_values": np.array([0], np.int8), "flag_meanings": "ok"}
+    ds.to_netcdf("a.nc")
     assert "\n  ok: 2\n" in command.ok("info", "a.nc").out
 
 
