@@ -66,7 +66,11 @@ def require_readable(path: Path) -> None:
         raise StorageError(f"{path} is not a readable NetCDF file: it is not an ordinary file")
     limit = SECONDS + path.stat().st_size / _BYTES_A_SECOND
     with _lock:
-        ended = _read(path.absolute(), limit)
+        try:
+            ended = _read(path.absolute(), limit)
+        except BaseException:  # such as Ctrl-C: the answer to come would count for the next file
+            stop()
+            raise
     if ended == signal.SIGALRM:
         raise StorageError(f"{path} is damaged: it cannot be read to its end in {limit:.0f} s")
     if ended:

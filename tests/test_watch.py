@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 from collections.abc import Iterator
@@ -26,6 +27,22 @@ def path(tmp_path: Path) -> Path:
         file.createVariable("v", "f8", ("x",))[:] = np.arange(3.0)
         file.createVariable("n", "i4", ())[...] = 1
     return path
+
+
+@contextlib.contextmanager
+def interrupted_soon() -> Iterator[None]:
+    """Raise KeyboardInterrupt, as Ctrl-C does, in a moment."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture(autouse=True)
@@ -97,6 +114,23 @@ def test_the_next_file_has_a_reader_again(path: Path, monkeypatch: pytest.Monkey
         with pytest.raises(StorageError):
             require_readable(path)
     require_readable(path)
+
+
+def test_an_interrupted_reading_answers_for_no_other_file(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = path.with_name("bad.nc")
+    other.write_bytes(path.read_bytes())
+    befalls(monkeypatch, f"if path == {os.fsencode(other).hex()!r}: {DIES}")
+    require_readable(path)
+    assert watch._reader is not None
+    os.kill(watch._reader.pid, signal.SIGSTOP)
+    with interrupted_soon(), pytest.raises(KeyboardInterrupt):
+        require_readable(path)
+    if watch._reader is not None:
+        os.kill(watch._reader.pid, signal.SIGCONT)
+    with pytest.raises(StorageError, match="is damaged"):
+        require_readable(other)
 
 
 def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
