@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -98,9 +99,9 @@ def fit(
     for line in odd_values(measured, settled, data):
         say(f"warning: {line}")
     inputs = [data, *([config] if config else [])]
-    request = {"free": list(ranges.items()), "config": settled.resolved_yaml(), "profile": profile}
+    request = {"free": _by_name(ranges), "config": settled.resolved_yaml(), "profile": profile}
     if priors is not None:
-        request["priors"] = list(priors.items())
+        request["priors"] = _by_name(priors)
     outputs = _outputs(target, inputs, request, overwrite=overwrite)
     with outputs.held():
         ds = recalled_or_computed(
@@ -169,6 +170,13 @@ def _ranges(free: str) -> dict[str, Range]:
         except ValueError:
             stop_with(f"--free: a range is {name}=LOW:HIGH, not {word}", Exit.USAGE)
     return ranges
+
+
+def _by_name(given: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Return what is given for parameters by full name, so that a symbol makes no other request."""
+    from stickslip.variables import canonical_name
+
+    return [(canonical_name(name) or name, value) for name, value in given.items()]
 
 
 def _write(ds: xr.Dataset, outputs: Outputs) -> None:

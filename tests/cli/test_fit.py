@@ -89,6 +89,9 @@ def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str
     refused = command("sweep", "fit.yaml", "-o", "fit.nc")
     assert (refused.code, refused.out) == (2, "")
     assert refused.err.startswith("fit.nc is the file of a fit, not of a sweep; --overwrite")
+    name = "viscosity_coefficient"
+    again = command.ok("fit", "d.csv", "--free", f"{name}=1e4:2e5", "-o", "fit.nc")
+    assert f"fit.nc {messages.COMPLETE}" in again.err
     again = command("fit", "d.csv", "--free", "k", "-o", "fit.nc")
     assert again.code == 2
     assert "--overwrite" in again.err
