@@ -86,7 +86,10 @@ def _write(
 def _source(path: Path) -> ExistingPoints:
     if not path.exists():
         raise StorageError(RunFolder(path).absence())
-    return found_in_input(path)
+    found = found_in_input(path)
+    if found.is_fit:
+        raise RefusalError(f"{path} is the file of a fit, not of a sweep")
+    return found
 
 
 def common_target(sources: list[ExistingPoints], first: Path) -> Target:

@@ -184,6 +184,13 @@ def test_a_file_with_an_invalid_part_is_merged_without_it(
     assert content_hash(open_result(tmp_path / "m.nc")) == whole
 
 
+def test_the_file_of_a_fit_is_no_part(parts: list[Path], tmp_path: Path) -> None:
+    with netCDF4.Dataset(parts[0], "a") as file:
+        file.createVariable("fitted_value", "f8")
+    with pytest.raises(RefusalError, match=r"nc is the file of a fit, not of a sweep$"):
+        merge(parts, tmp_path / "m.nc")
+
+
 def test_overlaps_must_be_equal(
     whole: str, parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
