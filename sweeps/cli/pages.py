@@ -21,6 +21,7 @@ from sweeps.cli.shared import (
     NoProgressOption,
     OverwriteOption,
     WorkersOption,
+    beside,
     checked_config,
     flag,
     is_config,
@@ -150,7 +151,7 @@ def report(
     from sweeps.page.document import page_of  # Bokeh takes long to import
 
     require_bokeh()
-    page = output or file.with_name(file.name.removesuffix(".nc") + ".html")
+    page = output or beside(file, ".html")
     if page.suffix.lower() not in (".html", ".htm"):
         stop_with(f"{page}: a page ends in .html", Exit.USAGE)
     borders = None if boundaries is None else open_result(boundaries)

@@ -17,6 +17,7 @@ from sweeps.cli.shared import (
     OverwriteOption,
     SetOption,
     WorkersOption,
+    beside,
     checked_config,
     execution_changes,
     flag,
@@ -120,7 +121,7 @@ def replay(
 
     if start not in (None, "initial", "stationary"):
         stop_with(f"--start is initial or stationary, not {start}", Exit.USAGE)
-    target = output or file.with_name(f"{file.stem}-replay.nc")
+    target = output or beside(file, "-replay.nc")
     require_netcdf(target, strict=True)
     with readable(file), open_result(file, whole=False) as ds:
         point = point_of(ds, at or ())
@@ -274,8 +275,7 @@ def plot(
     warn_of_seal(file)
     if output:
         _refuse_picture_name(output)
-    # Not with_suffix in any case: a stem like T=1.5 has no ending to replace.
-    target = output or (file.with_suffix("") if file.suffix[1:].isalpha() else file)
+    target = output or beside(file, "")
     if figure is None and not variable:
         named, variables = _plot_of_config(ds)
         figure = None if options.asks else named

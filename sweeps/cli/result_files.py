@@ -11,6 +11,7 @@ from sweeps.cli.shared import (
     NoProgressOption,
     OverwriteOption,
     WorkersOption,
+    beside,
     flag,
     option,
     output_option,
@@ -57,7 +58,7 @@ def boundary(
     from sweeps.files.outputs import Outputs
     from sweeps.points import version_differences
 
-    target = output or file.with_name(f"{file.stem}-boundaries.nc")
+    target = output or beside(file, "-boundaries.nc")
     is_table = target.suffix != ".nc"
     paths = files_of(target) if is_table else [target]
     ds = open_result(file)
@@ -104,7 +105,7 @@ def export(
     from sweeps.files.netcdf import open_result, readable
     from sweeps.files.outputs import Outputs
 
-    target = output or file.with_suffix(".csv")
+    target = output or beside(file, ".csv")
     paths, request = files_of(target), {"table": fingerprint(file)}
     outputs = Outputs(paths, request, overwrite=overwrite, inputs=[file], like=file)
     with outputs.held(), open_result(file, whole=False) as ds:

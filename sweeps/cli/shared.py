@@ -103,6 +103,14 @@ def is_config(path: Path) -> bool:
     return path.suffix.lower() in (".yaml", ".yml")
 
 
+def beside(file: Path, ending: str) -> Path:
+    """Return a name beside a file, with another ending than its own; a name like T=1.5 has none."""
+    has_none = file.suffix[1:2].isdigit()
+    if not file.name:  # . and /
+        stop_with(f"{file} is a folder, not a file", Exit.STORAGE)
+    return file.with_name(f"{file.name if has_none else file.stem}{ending}")
+
+
 def print_names(outputs: Outputs) -> None:
     """Print the names of a command's files, and say so if there was nothing to do."""
     for path in outputs.paths:

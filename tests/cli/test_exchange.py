@@ -4,10 +4,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from support import messages
 from support.sweeps.commands import Command, entries
 
 from sweeps.files.netcdf import content_hash, open_result
+
+
+def test_a_file_without_an_ending_has_others_named_after_all_of_it(command: Command) -> None:
+    command.ok("sweep", "a.yaml", "-o", "T=1.5")
+    assert command.ok("export", "T=1.5").out == "T=1.5.csv\nT=1.5.columns.csv\n"
+    said = command.ok("replay", "T=1.5", "--at", "T=200", "--at", "gamma=0").out
+    assert said.endswith("T=1.5-replay.nc\nT=1.5-replay.png\nT=1.5-replay.pdf\n")
+    assert command.ok("plot", "T=1.5").out == "T=1.5.png\nT=1.5.pdf\n"
+
+
+@pytest.mark.parametrize("verb", ["export", "replay", "boundary", "report"])
+def test_a_folder_in_place_of_a_file_is_refused(command: Command, verb: str) -> None:
+    assert command(verb, ".") == (5, "", ". is a folder, not a file\n")
 
 
 def test_merged_parts_equal_the_whole_sweep(command: Command) -> None:
