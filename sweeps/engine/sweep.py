@@ -340,8 +340,9 @@ class Recorder:
     def _beat(self) -> dict[str, object]:
         """Return the contents of the heartbeat."""
         state = "stopping" if self._stop.reason else "running"
-        backend = self._target.config.execution.backend
-        return self._counts.as_dict() | {"state": state, "backend": backend}
+        backend, part = self._target.config.execution.backend, self._target.part
+        named = {"part": str(part)} if part else {}
+        return self._counts.as_dict() | named | {"state": state, "backend": backend}
 
     def _record(self, blocks: Iterator[Block]) -> None:
         try:

@@ -26,7 +26,7 @@ from support.sweeps.sweeping import (
 )
 
 from stickslip.dispatch.thread_pool import ThreadExecutor
-from sweeps.engine import plan, sweep
+from sweeps.engine import plan, resume, sweep
 from sweeps.engine.sweep import JournaledResult
 from sweeps.exits import StorageError
 
@@ -143,6 +143,16 @@ def test_status_of_what_cannot_be_read(shell: Shell) -> None:
     assert shell("status", "a.nc").code == 5
     assert shell("status", "folder").code == 5
     assert shell("status", "missing.yaml").code == 2
+
+
+def test_status_of_a_running_part_names_it(shell: Shell) -> None:
+    said: list[dict[str, Any]] = []
+    shell.disturb = lambda _: said.append(resume.state_of(Path("a.nc")))
+    shell.ok("sweep", "a.yaml", "-o", "a.nc", "--part", "1/2")
+    shell.disturb = None
+    assert {(state["state"], state["part"], state["points"]) for state in said} == {
+        ("running", "1/2", 2)
+    }
 
 
 @pytest.mark.slow
