@@ -154,6 +154,7 @@ _OTHER_COMMANDS = {
     **dict.fromkeys((".csv", ".parquet"), "`stickslip export` makes a table of it"),
     **dict.fromkeys((".png", ".pdf", ".svg"), "`stickslip plot` draws it"),
     ".html": "`stickslip report` makes a page of it",
+    **dict.fromkeys((".yaml", ".yml"), "`stickslip new` writes a config"),
 }
 
 
@@ -176,11 +177,11 @@ def output_of(
     The default differs for each part. Ends the command if the result would replace the config.
     """
     path = named or Path(config.output)
-    require_netcdf(path)
     if part and named is None:
         path = path.with_name(f"{path.stem}.{part.suffix}{path.suffix}")
     if path.exists() and path.samefile(file):
         stop_with(f"{path} is the config itself; -o names the result", Exit.USAGE)
+    require_netcdf(path)
     return path
 
 

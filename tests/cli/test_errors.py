@@ -32,6 +32,8 @@ stationary: {rtol: 1e-4}
 
 FIGURES = "there are 2, 3, 4, 5, 6, 7, 8, 9, all"
 
+_OF_OTHERS = {".csv": "export", ".PNG": "plot", ".html": "report", ".yml": "new"}
+
 REFUSALS = [
     *(
         (line, 2, "Usage: stickslip .*\nError: ")
@@ -88,7 +90,7 @@ REFUSALS = [
     *(
         (f"{line} -o a{ending}", 2, rf"a\{ending}: -o names a NetCDF file.*`stickslip {other}`")
         for line in ("sweep a.yaml", "simulate a.yaml --set T=200", "merge no.nc", "check a.yaml")
-        for ending, other in ((".csv", "export"), (".PNG", "plot"), (".html", "report"))
+        for ending, other in _OF_OTHERS.items()
     ),
     ("sensitivity a.yaml -o a.nc4", 2, "a.nc4: -o names a NetCDF file"),
     ("export no.nc -o a.xlsx", 2, "a.xlsx: a table ends in .csv or .parquet"),
