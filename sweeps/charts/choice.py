@@ -137,6 +137,8 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
     """
     refuse_empty(ds)
     ds = with_numbers(ds)
+    if "status" in ds.variables:  # what a user computes, as with `xr.where`, may have another order
+        ds = ds.transpose(*ds["status"].dims, ...)
     texts: list[str] = []
     some: dict[str, list[int]] = {}
     for text in at:

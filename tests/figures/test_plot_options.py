@@ -22,6 +22,7 @@ from support.pictures import (
 )
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
+from stickslip import Status
 from stickslip.variables import RESULTS
 from sweeps.figures import Look, PlotOptions, draw
 from sweeps.measurements import read_data
@@ -288,6 +289,15 @@ def test_a_map_of_a_variable_of_the_user(ds):
     figure = chosen(own, variable="mu", x="T", y="K")
     (mesh,) = (mesh for mesh in panels(figure)[0].collections if isinstance(mesh, QuadMesh))
     np.testing.assert_allclose(mesh.get_array(), 0.4768)
+
+
+def test_a_variable_of_the_user_may_have_its_axes_in_another_order(ds):
+    ds = ds.isel(rheological_index=0, temperature=[0, 1, 2])
+    ds.status[0, 1] = Status.DIVERGED
+    own = ds.assign(speed=ds.spring_stiffness * ds.friction_force_amplitude)
+    assert own.speed.dims != own.status.dims
+    figure = chosen(own, variable="speed", x="T", y="K")
+    assert note(figure).startswith("Grey: 1 of 18 points missing (1 diverged)")
 
 
 @pytest.mark.parametrize("count", [4, 7])

@@ -143,6 +143,17 @@ def test_masked_points_have_no_result_on_a_page(ds: xr.Dataset, tmp_path: Path) 
     assert "<td>pending</td><td>1</td>" in text
 
 
+def test_a_variable_with_its_axes_in_another_order_is_the_same(
+    ds: xr.Dataset, tmp_path: Path
+) -> None:
+    turned = ds.assign(regime=ds.regime.transpose())
+    payloads = []
+    for one in (ds, turned):
+        write_report(one, tmp_path / "a.html", name="a.nc", orbits=0)
+        payloads.append(payload_of(tmp_path / "a.html"))
+    assert payloads[0] == payloads[1]
+
+
 @pytest.mark.parametrize("films", [[1, 2], ["soft", "<stiff>"]])
 def test_a_stack_of_results_has_a_page(ds: xr.Dataset, tmp_path: Path, films: list[Any]) -> None:
     """No orbit is computed with the settings of another result of the stack."""
