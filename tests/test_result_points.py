@@ -196,6 +196,26 @@ def test_a_value_that_several_cases_share_chooses_none_of_them() -> None:
         ds.stickslip.plot("F_max", at={"T": 200})
 
 
+def test_a_value_that_an_axis_repeats_chooses_none_of_its_points() -> None:
+    soft, stiff = (run(LOOSE | {"sweep": {"T": [200.0]}, "model": {"K": k}}) for k in (2500, 3000))
+    both = xr.concat([soft, stiff], "temperature", coords="different", compat="equals")
+    with pytest.raises(PointError, match=r"2 points along temperature .* choose one with isel"):
+        both.stickslip.at(T=200)
+    assert both.isel(temperature=1).stickslip.at().parameters.spring_stiffness == 3000.0
+    assert both.stickslip.at(K=2500).parameters.spring_stiffness == 2500.0
+
+
+def test_a_parameter_along_several_dimensions_selects_no_point() -> None:
+    ds = run(LOOSE | {"cases": {"T": [200.0, 210.0, 220.0]}})
+    warmer = ds.assign_coords(temperature=ds.temperature + 100.0)
+    stack = xr.concat([ds, warmer], "film", coords="different", compat="equals")
+    assert stack.temperature.dims == ("film", "case")
+    with pytest.raises(PointError, match="temperature varies along film and case together"):
+        stack.stickslip.at(T=320)
+    with pytest.raises(ValueError, match="temperature varies along film and case together"):
+        stack.stickslip.plot("F_max", x="T")
+
+
 def test_values_may_come_from_an_array(ds: xr.Dataset) -> None:
     for temperature in ds.temperature:
         point = point_of(ds, T=temperature, gamma=ds.rheological_index[0])

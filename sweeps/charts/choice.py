@@ -195,11 +195,13 @@ def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
 def _refuse_equals(ds: xr.Dataset, dim: str, name: str, place: int, text: str) -> None:
     """Raise ValueError if another place of a dimension has the same value of a coordinate."""
     values = ds[name].values
-    equal = int(np.count_nonzero(values == values[place])) if name != dim else 1
+    equal = int(np.count_nonzero(values == values[place]))
     if equal > 1:
+        # The values of an axis repeat in results that were joined along it.
+        example = f"by {dim}, for example {dim}={ds[dim].values[place]}"
+        remedy = "with isel()" if name == dim else example
         raise ValueError(
-            f"'{text}': {equal} points along {dim} have this value; choose one by {dim}, for "
-            f"example {dim}={ds[dim].values[place]}"
+            f"'{text}': {equal} points along {dim} have this value; choose one {remedy}"
         )
 
 
@@ -236,7 +238,10 @@ def axis_named(ds: xr.Dataset, name: str) -> tuple[str, str]:
     if full in ds.sizes and ds.sizes[full] > 1:
         return full, full
     if full in ds.coords and ds[full].size > 1:
-        return str(ds[full].dims[0]), full
+        dims = list(map(str, ds[full].dims))
+        if len(dims) > 1:
+            raise ValueError(f"{full} varies along {' and '.join(dims)} together; name one of them")
+        return dims[0], full
     if full in ds.coords:
         value = ds[full].values.item()
         raise ValueError(f"{full} is {value} in all of this file; {_axes_of(ds)}")
