@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from stickslip.status import Status
+from stickslip.variables import RESULTS
 from sweeps.charts.axes import MANY, is_scattered
 from sweeps.charts.choice import ROLES, Choice, axis_named, refuse_empty
-from sweeps.charts.colours import is_discrete
 from sweeps.charts.labels import Array, parameters_along, shown
 from sweeps.charts.missing import trusted, with_result
 from sweeps.grid import CASE, QUANTILE
@@ -40,7 +40,7 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
     there = with_result(ds)
     found = {}
     for name, variable in ds.data_vars.items():
-        if variable.dtype.kind != "f" or CASE not in variable.dims:
+        if not _is_measured(variable) or CASE not in variable.dims:
             continue
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # of points without any value
@@ -58,6 +58,12 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
     return made
 
 
+def _is_measured(variable: xr.DataArray) -> bool:
+    """Return False for kinds and counts, which have no quantiles; masked ones are floats."""
+    known = RESULTS.get(str(variable.name))
+    return variable.dtype.kind == "f" and (known is None or known.dtype.startswith("f"))
+
+
 def asks_for_bands(ds: xr.Dataset, choice: Choice, variables: Sequence[str]) -> bool:
     """Return True if the choice wants medians and bands over an axis of many cases in no order.
 
@@ -65,7 +71,7 @@ def asks_for_bands(ds: xr.Dataset, choice: Choice, variables: Sequence[str]) -> 
     """
     if choice.y or ds.sizes.get(CASE, 1) <= MANY or not is_scattered(ds, CASE):
         return False
-    if any(ds[name].dtype.kind != "f" or is_discrete(ds, name) for name in variables):
+    if not all(_is_measured(ds[name]) for name in variables):
         return False
     names = [getattr(choice, role) for role in ROLES if getattr(choice, role)]
     if not names:

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from support.pictures import failed, random_cases, sweep
 
+import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from stickslip.status import Status
 from sweeps.charts.choice import variables_of
 from sweeps.charts.quantiles import medians_of, quantiles_of
@@ -52,6 +53,13 @@ def test_a_variable_without_quantiles_is_refused_for_what_it_is():
     found = quantiles_of(over_temperatures(4))
     with pytest.raises(ValueError, match=f"no quantiles of regime; there are some of .*{F}"):
         variables_of(found, PlotOptions(variable=("regime",)))
+
+
+def test_masked_kinds_and_counts_have_no_quantiles():
+    ds = over_temperatures(11)
+    found = quantiles_of(ds.stickslip.ok())
+    assert found.data_vars.keys() == quantiles_of(ds).data_vars.keys()
+    assert not {"regime", "melting_count"} & found.data_vars.keys()
 
 
 @pytest.mark.parametrize(
@@ -122,8 +130,9 @@ def test_many_counts_of_random_cases_have_no_bands(choice):
     ds = over_temperatures(temperatures=40)
     counts = np.arange(ds.status.size, dtype="i4").reshape(ds.status.shape)
     ds = ds.assign(periods_integrated=(ds.status.dims, counts))
-    figure = draw(ds, options=PlotOptions("periods_integrated", **choice))
-    assert "Medians" not in figure.get_supxlabel()
+    for one in (ds, ds.stickslip.ok()):
+        figure = draw(one, options=PlotOptions("periods_integrated", **choice))
+        assert "Medians" not in figure.get_supxlabel()
 
 
 def test_quantiles_are_drawn_as_the_result_is():
