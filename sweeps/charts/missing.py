@@ -95,7 +95,9 @@ def missing_notes(
     return notes
 
 
-def _reason(code: int) -> str:
+def _reason(code: float) -> str:
+    if np.isnan(code):
+        return "without a status"  # masked, as by `StickslipAccessor.ok`
     if code in RESULT_STATUSES:
         return "without a value"  # the file contradicts itself, and the note must not hide that
     if code not in list(Status):

@@ -115,7 +115,7 @@ def draw_point(ds: xr.Dataset, variables: Sequence[str], at: str) -> Figure:
     which = at or "A single point."
     ending = which
     if notes := missing_notes(ds, measured, ""):
-        code = int(ds["status"]) if "status" in ds else None
+        code = ds["status"].item() if "status" in ds else None  # NaN if it is masked
         sentence = Status(code).sentence if code in list(Status) else notes[0]
         ending = f"{which} It has no result. {sentence}"
     longest = max(len(left), len(right))

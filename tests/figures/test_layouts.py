@@ -61,6 +61,15 @@ def test_a_nan_without_a_reason_is_reported():
     assert "1 without a value" in note(draw(ds))
 
 
+def test_a_masked_point_is_missing_without_a_status():
+    ds = sweep(temperature=[200.0, 250.0, 300.0])
+    masked = ds.where(ds.temperature > 200.0)
+    assert note(draw(masked)) == "× 1 of 3 points missing (1 without a status)"
+    table = draw(masked.isel(temperature=0))
+    said = " ".join(text.get_text() for text in table.texts)
+    assert "It has no result. 1 of 1 points missing (1 without a status)" in said
+
+
 def test_a_point_between_two_gaps_has_a_marker():
     ds = failed(sweep(temperature=TEMPERATURES), Status.DIVERGED, temperature=[9, 11])
     (line,) = curves(panels(draw(ds))[0])
