@@ -337,10 +337,11 @@ BORDER_STYLES = {"grazing": "solid", "fold": "dashed"}
 
 def require_borders(ds: xr.Dataset) -> None:
     """Raise ValueError if a dataset holds no borders over two axes."""
-    if not {"line", "kind_left", "kind_right", "type"} <= set(ds.variables):
+    axes = border_axes(ds)
+    if not axes or not {"line", "kind_left", "kind_right", "type"} <= set(ds.variables):
         raise ValueError("this is not a file of borders, which `stickslip boundary` writes")
-    if len(border_axes(ds)) != 2:
-        raise ValueError(f"borders are drawn on maps; these are points along {border_axes(ds)[0]}")
+    if len(axes) != 2:
+        raise ValueError(f"borders are drawn on maps; these are points along {axes[0]}")
 
 
 def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
@@ -388,7 +389,8 @@ def border_parts(
 
 def place_elsewhere(ds: xr.Dataset, borders: xr.Dataset) -> str:
     """Return a sentence on where borders are, if a dataset has other parameters; else nothing."""
-    for name in PARAMETERS:
+    over = border_axes(borders)  # a single point of borders has one value of each, too
+    for name in (name for name in PARAMETERS if name not in over):
         if name in ds.variables and name in borders.variables and borders[name].size == 1:
             there = float(borders[name].values.item())
             if not np.isclose(ds[name].values, there, rtol=1e-9, atol=0.0).any():

@@ -259,6 +259,11 @@ def test_only_panels_with_the_parameters_of_the_borders_have_them(ds):
         ({"variable": "regime"}, borders_of(spring_stiffness=1000.0), "the borders at .*K = 1000"),
         ({"variable": "regime"}, xr.Dataset(), "not a file of borders"),
         (
+            {"variable": "regime"},
+            borders_of()[["kind_left", "kind_right", "type"]],
+            "not a file of borders",
+        ),
+        (
             {"variable": "regime", "at": ("omega=10",)},
             borders_of(),
             "borders were computed over temperature and",
@@ -274,6 +279,12 @@ def test_only_panels_with_the_parameters_of_the_borders_have_them(ds):
 def test_other_borders_are_refused(ds, options, borders, message):
     with pytest.raises(ValueError, match=message):
         draw(ds, options=PlotOptions(**options, boundaries=borders))
+
+
+def test_a_single_point_of_borders_belongs_to_its_map(ds):
+    alone = borders_of().isel(boundary_point=[4])  # between points of the map
+    (axes,) = panels(draw(ds, options=PlotOptions("regime", boundaries=alone)))
+    assert not any(len(lines.get_segments()) for lines in lines_on(axes))
 
 
 def test_borders_alone_are_no_figure():
