@@ -301,6 +301,14 @@ def default_figure(ds: xr.Dataset) -> str:
     return next(name for name, entry in FIGURES.items() if entry.data == data)
 
 
+# The dimensions that a part of a dataset may have lost, as by `squeeze`.
+_ALONG = {
+    "fit": ("datum", "free_parameter"),
+    "posterior": ("free_parameter",),
+    "indices": ("parameter", "result"),
+}
+
+
 def obstacle(ds: xr.Dataset, name: str) -> str:
     """Return why a figure cannot be drawn of a dataset; empty if it can be."""
     if name not in FIGURES:
@@ -317,4 +325,9 @@ def obstacle(ds: xr.Dataset, name: str) -> str:
         return f"the figure '{name}' draws {entry.drawn}, and this file holds none"
     if lacking:
         return f"the figure '{name}' needs {', '.join(lacking)}, which this file lacks"
+    if lost := [dim for dim in _ALONG.get(name, ()) if dim not in ds.dims]:
+        return (
+            f"the figure '{name}' needs the dimension {lost[0]}: keep it, as with "
+            f"isel({lost[0]}=[0]), and without squeeze()"
+        )
     return ""

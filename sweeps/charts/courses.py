@@ -77,7 +77,12 @@ def label_of(ds: xr.Dataset, traces: tuple[Trace, ...]) -> str:
 
 
 def runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
-    """Return up to `most` trajectories, and a note if some are left out."""
+    """Return up to `most` trajectories, and a note if some are left out.
+
+    Raises ValueError for a single instant.
+    """
+    if not ds["elapsed_time"].ndim:
+        raise ValueError("a single instant is no motion: select several instants of the trajectory")
     along = ds["elapsed_time"].dims[-1]
     dims = tuple(str(dim) for dim in ds["lower_displacement"].dims if dim != along)
     return selections(ds, dims, most)

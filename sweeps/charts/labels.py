@@ -185,7 +185,8 @@ def changed_parameters(ds: xr.Dataset) -> str:
 
     Fitted parameters have another sentence, with their errors.
     """
-    fitted = set(ds["free_parameter"].values) if "free_parameter" in ds.coords else set()
+    # One of them alone if the user has squeezed the fit.
+    fitted = set(ds["free_parameter"].values.flat) if "free_parameter" in ds.coords else set()
     changed = [
         shown(ds[name].squeeze()).equation
         for name, parameter in PARAMETERS.items()

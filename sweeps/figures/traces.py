@@ -315,7 +315,15 @@ _LEAST = 16  # periods of the approach that are shown
 
 
 def orbit(ds: xr.Dataset) -> Figure:
-    """Time courses on the left; phase portrait and, if the file has it, stroboscopic map."""
+    """Time courses on the left; phase portrait and, if the file has it, stroboscopic map.
+
+    Raises ValueError for several trajectories.
+    """
+    if len(runs(ds, 2)[0]) > 1:
+        raise ValueError(
+            "the figure 'orbit' draws one trajectory, and these are several: select one, as with "
+            "isel(), or draw their phase_portraits"
+        )
     figure = new_figure((PAGE, _ORBIT_HEIGHT), layout="constrained")
     left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))  # type: ignore[misc]
     courses = left.subplots(len(TIME_COURSES), 1, sharex=True)

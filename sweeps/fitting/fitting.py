@@ -248,6 +248,11 @@ def summary_of(ds: xr.Dataset) -> str:
     """
     if "parameter_value" not in ds:
         raise FitError("this is no fit; make one with `stickslip fit` or `sweeps.fit`")
+    if lost := [dim for dim in ("datum", "free_parameter") if dim not in ds.dims]:
+        raise FitError(
+            f"a fit without the dimension {lost[0]} has no summary: keep it, as with "
+            f"isel({lost[0]}=[0]), and without squeeze()"
+        )
     require("uncertainties", "a fit", _FOR_A_FIT)
     from sweeps.fitting.output import table_of
 

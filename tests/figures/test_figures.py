@@ -396,3 +396,23 @@ def test_measured_values_have_the_same_marker_in_a_fit_and_over_a_curve():
     one, other = (axes.containers[0].lines[0] for axes in (*panels(over), of_fit))
     for own in ("marker", "markersize", "markerfacecolor", "markeredgecolor", "markeredgewidth"):
         assert getattr(one, f"get_{own}")() == getattr(other, f"get_{own}")()
+
+
+@pytest.mark.parametrize(
+    ("part", "figure", "said"),
+    [
+        (fitted().squeeze(), None, "'fit' needs the dimension free_parameter"),
+        (fitted().isel(datum=0), None, "'fit' needs the dimension datum"),
+        (drawn().isel(free_parameter=0), "posterior", "needs the dimension free_parameter"),
+        (trajectory().isel(elapsed_time=0), None, "a single instant is no motion"),
+        (portraits(), "orbit", "draws one trajectory, and these are several"),
+    ],
+)
+def test_a_part_without_what_a_figure_needs_is_refused(part, figure, said):
+    with pytest.raises(ValueError, match=said):
+        draw(part, figure)
+
+
+def test_the_curve_of_a_squeezed_fit_is_drawn():
+    curve = fitted().drop_dims("datum").squeeze()
+    assert len(panels(draw(curve, options=PlotOptions("F_max")))) == 1

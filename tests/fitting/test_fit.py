@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
@@ -543,3 +544,6 @@ def test_an_interval_over_many_decades_is_given_in_words() -> None:
 def test_only_a_fit_has_a_summary() -> None:
     with pytest.raises(sweeps.FitError, match="this is no fit"):
         sweeps.run({}).stickslip.summary()
+    squeezed = xr.Dataset({"parameter_value": 7e4}, {"datum": [0, 1], "free_parameter": "k"})
+    with pytest.raises(sweeps.FitError, match="without the dimension free_parameter has no summ"):
+        squeezed.stickslip.summary()
