@@ -318,10 +318,14 @@ def _refuse_unknown_stack(ds: xr.Dataset, point: Point, dim: str) -> None:
 def curve_or_map(ds: xr.Dataset) -> xr.Dataset:
     """Return the part of a result along the axes of its points.
 
-    For a fit this is the fitted curve; data and parameters of a fit have other dimensions.
+    For a fit this is the fitted curve; data and parameters of a fit have other dimensions. Raises
+    PointError for an axis without values.
     """
     other = set(ds.dims) - set(ds["status"].dims) if "status" in ds.variables else set()
-    return with_numbers(ds.drop_dims(other) if other else ds)
+    try:
+        return with_numbers(ds.drop_dims(other) if other else ds)
+    except ValueError as error:
+        raise PointError(str(error)) from None
 
 
 def _point(chosen: xr.Dataset) -> Point:

@@ -14,7 +14,9 @@ from support import messages
 from stickslip import IntegrationError, Parameters, Status
 from stickslip.variables import STROBOSCOPIC
 from sweeps import run
+from sweeps.borders import BoundaryError
 from sweeps.files.netcdf import open_result
+from sweeps.page import ReportError
 from sweeps.points import PointError, point_of
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
@@ -203,6 +205,21 @@ def test_a_value_that_an_axis_repeats_chooses_none_of_its_points() -> None:
         both.stickslip.at(T=200)
     assert both.isel(temperature=1).stickslip.at().parameters.spring_stiffness == 3000.0
     assert both.stickslip.at(K=2500).parameters.spring_stiffness == 2500.0
+
+
+def test_an_axis_without_its_values_is_not_numbered(tmp_path: Path) -> None:
+    """Its numbers would pass for values: a page computed the orbits at 0, 1 and 2 K."""
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
+    bare = run(LOOSE | {"sweep": {"T": [200.0, 210.0, 220.0]}}).drop_vars("temperature")
+    said = "the values of temperature were dropped from this result"
+    with pytest.raises(ValueError, match=said):
+        bare.stickslip.plot()
+    with pytest.raises(ReportError, match=said):
+        bare.stickslip.report(tmp_path / "a.html")
+    with pytest.raises(PointError, match=said):
+        bare.stickslip.explore()
+    with pytest.raises(BoundaryError, match=said):
+        bare.stickslip.boundaries()
 
 
 def test_a_parameter_along_several_dimensions_selects_no_point() -> None:

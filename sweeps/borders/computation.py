@@ -205,9 +205,9 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
         raise BoundaryError(f"this is no result of a sweep: it {what}")
     try:
         refuse_empty(ds)
+        ds = curve_or_map(ds)
     except ValueError as error:
         raise BoundaryError(str(error)) from None
-    ds = curve_or_map(ds)
     names = _axes_of(ds)
     ds = ds.squeeze().sortby(list(names)).transpose(*names)
     config = _config_of(ds)

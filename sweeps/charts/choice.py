@@ -212,8 +212,13 @@ def _sliced_again(text: str, dim: str, key: str) -> ValueError:
 
 
 def with_numbers(ds: xr.Dataset) -> xr.Dataset:
-    """Number the points of dimensions without a coordinate, such as a stack of results."""
+    """Number the points of dimensions without a coordinate, such as a stack of results.
+
+    Raises ValueError for an axis whose values were dropped: numbers would pass for values.
+    """
     bare = {dim: np.arange(n) for dim, n in ds.sizes.items() if dim not in ds.coords}
+    if lost := [str(dim) for dim in bare if dim in PARAMETERS]:
+        raise ValueError(f"the values of {lost[0]} were dropped from this result; keep them")
     return ds.assign_coords(bare) if bare else ds
 
 
