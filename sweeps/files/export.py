@@ -77,7 +77,7 @@ def tables(ds: xr.Dataset, path: Path) -> dict[Path, Callable[[Path], None]]:
 
     Raises TableError as `files_of` does.
     """
-    files = files_of(path)
+    files, ds = files_of(path), _numbered(ds)
     if len(files) == 1:
         return {path: lambda place: _write_parquet(ds, place)}
     described = _described(ds).map(_quoted)
@@ -85,6 +85,13 @@ def tables(ds: xr.Dataset, path: Path) -> dict[Path, Callable[[Path], None]]:
         path: lambda place: _write_csv(ds, place),
         files[1]: lambda place: described.to_csv(place, index=False, lineterminator="\n"),
     }
+
+
+def _numbered(ds: xr.Dataset) -> xr.Dataset:
+    """Return a result with the numbers of a stack without a coordinate, which part its rows."""
+    dims = ds["status"].dims if "status" in ds.variables else ()
+    bare = [dim for dim in dims if dim not in ds.variables and dim not in PARAMETERS]
+    return ds.assign_coords({dim: np.arange(ds.sizes[dim]) for dim in bare})
 
 
 def _write_csv(ds: xr.Dataset, path: Path) -> None:

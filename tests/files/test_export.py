@@ -232,6 +232,14 @@ def test_quantiles_are_a_row_for_each_point_and_level(ds: xr.Dataset, tmp_path: 
     assert table["friction_force_amplitude"].tolist() == force.values.ravel().tolist()
 
 
+def test_the_results_of_a_stack_are_told_apart_by_their_numbers(
+    ds: xr.Dataset, tmp_path: Path
+) -> None:
+    export(xr.concat([ds, ds], "film"), tmp_path / "a.csv")
+    rows = rows_of(tmp_path / "a.csv")
+    assert [row["film"] for row in rows] == ["0"] * 6 + ["1"] * 6
+
+
 def test_a_dataset_without_a_value_is_refused(ds: xr.Dataset, tmp_path: Path) -> None:
     refuse_other_data(ds, tmp_path / "a.nc")
     with pytest.raises(TableError, match=r"a\.nc is empty: no value along temperature"):
