@@ -89,7 +89,8 @@ def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
             known = ", ".join(str(n) for n, each in ds.data_vars.items() if QUANTILE in each.dims)
             raise ValueError(f"there are no quantiles of {name}; there are some of {known}")
         raise ValueError(
-            f"this file lacks {name}: it was written by an older version; sweep it again"
+            f"this result lacks {name}: it was left out, or an older version made the result; "
+            "take the whole result, or sweep it again"
         )
     return name
 
