@@ -47,8 +47,6 @@ _ROUNDED = 1e-5  # relative; a Dataset in single precision counts as the same
 # Drive periods to show of an orbit that does not close, and of a point without an orbit.
 _APERIODIC_PERIODS, _FAILED_PERIODS = 20, 6
 
-_OWN_DIMS = {*PARAMETERS, CASE, DIRECTION}
-
 # Errors seen at points of files that another version wrote or somebody edited.
 _OBSTACLES = (ExpectedError, IntegrationError, NoiseError, ArithmeticError, ValueError)
 
@@ -293,7 +291,8 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
         examples = ", ".join(f"{dim}={_plain(ds[dim].values[0])}" for dim in open_axes)
         raise PointError(f"several points remain; choose one, for example by {examples}")
     point = _point(ds.isel(place).squeeze().compute())  # dask computes this point alone
-    if stacked := [dim for dim in map(str, ds["status"].dims) if dim not in _OWN_DIMS]:
+    varied = {*varied_in(str(ds.attrs["config"])), CASE, DIRECTION}
+    if stacked := [dim for dim in map(str, ds["status"].dims) if dim not in varied]:
         _refuse_unknown_stack(ds, point, stacked[0])
     return replace(point, loose=bool(stacked))
 

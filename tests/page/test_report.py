@@ -168,6 +168,15 @@ def test_a_stack_of_results_has_a_page(ds: xr.Dataset, tmp_path: Path, films: li
     assert "with other settings" in data["orbits"][2]["words"]
 
 
+def test_results_joined_along_a_parameter_have_no_orbits_of_other_settings(tmp_path: Path) -> None:
+    swept = LOOSE | {"sweep": {"T": [200.0, 250.0]}}
+    fine = swept | {"model": {"K": 2500}, "integrator": {"rtol": 1e-6}}
+    joined = xr.concat([run(swept), run(fine)], "spring_stiffness")
+    write_report(joined, tmp_path / "a.html", name="a.nc", orbits=4)
+    orbits = payload_of(tmp_path / "a.html")["orbits"]
+    assert [orbit["drawn"] for orbit in orbits] == [False, False, True, True]  # by stiffness
+
+
 def test_kinds_alone_have_a_page(ds: xr.Dataset, tmp_path: Path) -> None:
     kinds = ds[["status", "regime"]]
     write_report(kinds, tmp_path / "a.html", name="a.nc", orbits=0)
