@@ -117,6 +117,11 @@ def _point_and_notes(
 ) -> tuple[ShownPoint, tuple[str, ...]]:
     point = point_at(result, place)
     config, notes = _adaptive(_config_of_point(point.config, point.parameters))
+    if notes and point.loose:
+        raise PointError(
+            f"this result is a stack, and {notes[0][0].lower()}{notes[0][1:-1]}, so that nothing "
+            "shows whether its config belongs to a point; explore each original result"
+        )
     # Numbers that another method computed are not compared.
     stored = {} if notes else point.stored
     label = plain(slice_label(result, place)) or "the only point"

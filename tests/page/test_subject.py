@@ -114,6 +114,16 @@ def test_a_stack_without_a_coordinate_opens_by_numbers(result):
     assert first.point.loose
 
 
+def test_a_stack_of_another_method_is_refused():
+    """The page computes with another method, so that its numbers do not show the settings."""
+    integrator = {"method": "euler-cromer", "dt": 1e-7}
+    quick = {"integrator": integrator, "stationary": {"rtol": 1e-3, "max_periods": 3}}
+    one = run(quick | {"sweep": {"temperature": [250.0, 300.0]}})
+    assert subject_of_result(one, "a.nc").notes
+    with pytest.raises(PointError, match="a stack, and this page computes with the method adapt"):
+        subject_of_result(xr.concat([one] * 2, "film"), "a.nc")
+
+
 def test_another_dataset_is_refused():
     with pytest.raises(PointError, match=messages.NO_RESULT):
         subject_of_result(xr.Dataset({"x": ("t", np.zeros(3))}), "a.nc")
