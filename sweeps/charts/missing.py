@@ -101,5 +101,5 @@ def _reason(code: float) -> str:
     if code in RESULT_STATUSES:
         return "without a value"  # the file contradicts itself, and the note must not hide that
     if code not in list(Status):
-        return f"with the unknown status {code}"
-    return Status(code).name.lower().replace("_", " ")
+        return f"with the unknown status {code:g}"
+    return Status(int(code)).name.lower().replace("_", " ")
