@@ -190,7 +190,7 @@ def test_two_configs_with_the_files_of_one_are_refused(command: Command) -> None
         ("plot: {figure: indices}", "`stickslip sensitivity` computes and draws it"),
         (
             "cases: {T: [200, 250]}\nplot: {figure: time_courses}",
-            "exactly one axis, and no `cases`: fix the other parameters under `model`",
+            "exactly one axis, without `cases` and `follow`: fix the other parameters",
         ),
     ],
 )

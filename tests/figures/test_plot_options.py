@@ -201,7 +201,7 @@ def test_a_linked_parameter_can_be_the_axis():
         ({"variable": "regme"}, r"unknown variable 'regme' \(did you mean 'regime'\?\)"),
         ({"variable": "F"}, r"unknown variable 'F' \(did you mean 'F_max'\?\)"),
         ({"variable": "sigma"}, r"unknown variable 'sigma' \(did you mean 'sigma_el,max'\?\)"),
-        ({"variable": "regime"}, "this file lacks regime"),
+        ({"variable": "regime"}, "this result lacks regime: it was left out"),
         ({"x": "temprature"}, r"unknown axis 'temprature' \(did you mean 'temperature'\?\)"),
         ({"x": "M"}, r"block_mass is 0.4 in all of this file; its axes are temperature \(T\)"),
         ({"x": "T", "hue": "temperature"}, "temperature is both x and hue"),
