@@ -84,6 +84,7 @@ def test_a_jump_has_no_derivative() -> None:
     assert nan.tolist() == [False, True, False]
 
 
+@pytest.mark.stress
 def test_values_at_the_end_of_their_range_have_derivatives_from_one_side() -> None:
     ds = sensitivities({"T": 250.0}, ["initial_order_parameter", "e"], F)
     values = ds[f"{F}_sensitivity"]

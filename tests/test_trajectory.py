@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from support import reference
+from support.marks import one_then
 from support.points import SUBHARMONIC
 from support.sweeps.processes import HANGS
 
@@ -377,11 +378,14 @@ def test_paths_of_euler_cromer_agree_with_its_lanes() -> None:
 
 @pytest.mark.parametrize(
     "short_and_long",
-    [
-        "simulate(periods={}, samples_per_period=1)",
-        "simulate(periods={}, samples_per_period=1, method='euler-cromer', dt=1e-8)",
-        "simulate(drive=2e-6, duration={}, samples=1)",
-    ],
+    one_then(
+        "stress",
+        [
+            "simulate(periods={}, samples_per_period=1)",
+            "simulate(periods={}, samples_per_period=1, method='euler-cromer', dt=1e-8)",
+            "simulate(drive=2e-6, duration={}, samples=1)",
+        ],
+    ),
 )
 def test_ctrl_c_does_not_wait_for_a_long_run(short_and_long: str) -> None:
     # An alarm that is handled as Ctrl-C is comes while compiled code runs.

@@ -8,6 +8,7 @@ import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -132,6 +133,7 @@ def breaks_of(config: Config, statuses: NDArray[np.int64]) -> dict[str, str]:
     return {"follow_breaks": str(failures(statuses))} if config.follow else {}
 
 
+@cache
 def software() -> str:
     """Return the versions of Python and of the packages that affect the numbers or the file."""
     versions = [f"{name} {metadata.version(name)}" for name in _PACKAGES]

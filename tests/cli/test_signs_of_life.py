@@ -77,6 +77,7 @@ def test_a_terminal_shows_the_blocks_in_flight_and_the_effect_of_ctrl_c(folder: 
     assert "4/4 points, 0 failed, " in plain(child.text)
 
 
+@pytest.mark.faults
 def test_another_ctrl_c_gives_the_terminal_back_and_the_points_up(folder: Path) -> None:
     child = OnTerminal(SLOW_BLOCKS, *SWEEP, folder=folder)
     child.shows(STUCK)
@@ -101,7 +102,7 @@ def test_a_log_says_that_kernels_are_compiled(folder: Path, command: list[str]) 
     assert err.replace("\n", "").isprintable()
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+@pytest.mark.parametrize("command", one_then("faults", COMMANDS), ids=lambda command: command[0])
 def test_ctrl_c_while_compiling_leaves_a_clean_terminal(folder: Path, command: list[str]) -> None:
     child = OnTerminal(SLOW_COMPILER, *command, folder=folder)
     child.shows(WORD)

@@ -49,12 +49,12 @@ def test_sweep_takes_its_output_from_option_or_config(command: Command) -> None:
 
 
 def test_set_changes_the_config(command: Command) -> None:
-    code, out, _ = command("sweep", "a.yaml", "--set", "T=[210]", "--set", "gamma=1/3")
+    code, out, _ = command("sweep", "a.yaml", "--set", "T=[210]", "--set", "gamma=2/3")
     assert code == 0
     assert "1 point in" in out
     ds = open_result(Path("results/a.nc"))
     assert ds.sizes == {"temperature": 1}
-    assert (ds.temperature[0], ds.rheological_index) == (210.0, 1 / 3)
+    assert (ds.temperature[0], ds.rheological_index) == (210.0, 2 / 3)
 
 
 def test_no_progress_prints_nothing_during_the_sweep(command: Command) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.marks import one_then
+from support.marks import marked, one_then
 from support.sweeps.processes import HANGS, Running, wait_until
 from support.sweeps.sweeping import (
     LOOSE,
@@ -215,7 +215,11 @@ def journaled(output: Path) -> set[float]:
 # --- files that fail ---
 
 ERRORS = (errno.ENOSPC, errno.EIO, errno.EACCES)
-CALLS = [(os, "open"), (os, "pwrite"), (os, "fsync"), (os, "ftruncate"), (Path, "replace")]
+CALLS = [
+    (os, "pwrite"),
+    (os, "fsync"),
+    *marked("faults", [((os, "open"),), ((os, "ftruncate"),), ((Path, "replace"),)]),
+]
 
 
 class Failing:

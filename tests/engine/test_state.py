@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.marks import one_then
 from support.sweeps.processes import HANGS, Running, wait_until
 from support.sweeps.sweeping import (
     LOOSE,
@@ -260,6 +261,9 @@ def test_workers_are_counted_where_the_points_are_computed(
 
 # --- signals ---
 
+SIGNALS = [(signal.SIGINT, 130), (signal.SIGTERM, 4), (signal.SIGHUP, 4)]
+"""Signals and the exit codes of what they end."""
+
 
 def begun(*parts: str) -> Any:
     """A sweep in another process, which is computing its first block."""
@@ -269,9 +273,7 @@ def begun(*parts: str) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 4), (signal.SIGHUP, 4)]
-)
+@pytest.mark.parametrize(("number", "code"), one_then("faults", SIGNALS))
 def test_a_signal_finishes_blocks_in_flight_and_prints_how_to_resume(
     shell: Shell, number: signal.Signals, code: int
 ) -> None:
@@ -295,9 +297,7 @@ def test_a_signal_finishes_blocks_in_flight_and_prints_how_to_resume(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 4), (signal.SIGHUP, 4)]
-)
+@pytest.mark.parametrize(("number", "code"), one_then("faults", SIGNALS))
 def test_a_second_signal_ends_at_once(shell: Shell, number: signal.Signals, code: int) -> None:
     process = begun(IN_ONE)
     os.kill(process.pid, number)
@@ -311,7 +311,7 @@ def test_a_second_signal_ends_at_once(shell: Shell, number: signal.Signals, code
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_a_hangup_that_is_ignored_as_under_nohup_ends_no_sweep(shell: Shell) -> None:
     few = write("few.yaml", LONG.replace("2000", "8"), "execution: {block_points: 1}\n")
     ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)"

@@ -119,6 +119,7 @@ def test_a_fit_may_start_at_an_end_of_a_range(made: None, limits: tuple[float, f
     assert math.exp(found.trial.u[0]) == pytest.approx(np.clip(7e4, *limits), rel=1e-5)
 
 
+@pytest.mark.stress
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say(made: None) -> None:
     """With fewer than 90 or more than 99 % they would be dishonest."""

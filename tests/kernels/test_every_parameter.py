@@ -51,8 +51,8 @@ def changed(name: str) -> Parameters:
 
 POINTS = {"base": BASE, **{name: changed(name) for name in PARAMETERS}}
 
-TOLERANCE = 1e-10
-STEP = 5 * FAST_DT  # s; lanes and twin of Euler-Cromer take the same steps, whatever their length
+TOLERANCE = 1e-8
+STEP = 10 * FAST_DT  # s; lanes and twin of Euler-Cromer take the same steps, whatever their length
 
 # States (x, v, phi) after a period, and records.
 Measured = dict[str, tuple[np.ndarray, np.ndarray]]

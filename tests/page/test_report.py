@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from support.browser import Tabs, chromium, tabs
+from support.marks import one_then
 
 from stickslip import Status
 from sweeps import run
@@ -223,7 +224,7 @@ def drawn(opened: Any, host: str) -> dict[str, Any]:
     return shapes
 
 
-@pytest.mark.parametrize("variable", ["friction_force_amplitude", "regime"])
+@pytest.mark.parametrize("variable", one_then("stress", ["friction_force_amplitude", "regime"]))
 def test_a_map_and_its_curves_are_those_of_the_result(
     opened: Any, ds: xr.Dataset, variable: str
 ) -> None:
@@ -254,6 +255,7 @@ def test_a_mark_leaves_most_of_a_small_cell_to_its_colour(opened: Any) -> None:
     assert width**2 < 0.25 * cell**2
 
 
+@pytest.mark.stress
 def test_both_ways_are_drawn_with_their_jumps(tabs: Tabs, tmp_path: Path) -> None:
     ds = run(LINE)
     write_report(ds, tmp_path / "a.html", name="a.nc", orbits=0)
@@ -268,6 +270,7 @@ def test_both_ways_are_drawn_with_their_jumps(tabs: Tabs, tmp_path: Path) -> Non
         np.testing.assert_allclose(shapes[f"curve {number}"]["y"], y, rtol=1e-6)
 
 
+@pytest.mark.stress
 def test_a_slider_cuts_curves(tabs: Tabs, tmp_path: Path) -> None:
     axes = {"T": {"linspace": [200, 300], "num": 5}, "gamma": [-2 / 3, 0], "K": [1e3, 3e3]}
     ds = run(LOOSE | {"sweep": axes})

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from pathlib import Path
+from functools import cache
 from typing import Any
 
 import pytest
 import xarray as xr
 from support.browser import Tabs, chromium, tabs
+from support.marks import one_then
 
 from sweeps import run
 from sweeps.charts.choice import places_at
@@ -47,39 +48,40 @@ SWEEPS = {
 }
 
 
-@pytest.fixture(scope="module")
-def results() -> dict[str, xr.Dataset]:
-    return {name: run(LOOSE | source) for name, source in SWEEPS.items()}
+@cache
+def result_of(name: str) -> xr.Dataset:
+    return run(LOOSE | SWEEPS[name])
 
 
 @pytest.fixture(scope="module")
-def pages(
-    results: dict[str, xr.Dataset], tmp_path_factory: pytest.TempPathFactory
-) -> dict[str, Path]:
+def address_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], str]:
+    """Return the address of the page of a sweep, made when it is first asked for."""
     folder = tmp_path_factory.mktemp("report")
-    paths = {name: folder / f"{name}.html" for name in results}
-    for name, path in paths.items():
-        write_report(results[name], path, name=f"{name}.nc", orbits=2)
-    return paths
+
+    @cache
+    def address_of(name: str) -> str:
+        path = folder / f"{name}.html"
+        write_report(result_of(name), path, name=f"{name}.nc", orbits=2)
+        return path.as_uri()
+
+    return address_of
 
 
 @pytest.fixture(scope="module")
-def as_they_are(chromium: Any, pages: dict[str, Path]) -> Iterator[dict[str, Any]]:
-    """Open all pages, for tests that leave them as they are."""
+def as_it_is(chromium: Any, address_of: Callable[[str], str]) -> Iterator[Callable[[str], Any]]:
+    """Open a page once, for all tests that leave it as it is."""
     with ExitStack() as contexts:
         own = Tabs(chromium, contexts)
-        yield {
-            name: own.open(path.as_uri(), width=1400, height=900) for name, path in pages.items()
-        }
+        yield cache(lambda name: own.open(address_of(name), width=1400, height=900))
         own.check()
 
 
 @pytest.fixture(scope="module")
-def follow(chromium: Any, pages: dict[str, Path]) -> Iterator[Callable[[str], Any]]:
+def follow(chromium: Any, address_of: Callable[[str], str]) -> Iterator[Callable[[str], Any]]:
     """Let an open map follow the end of an address, as a click on a link does."""
     with ExitStack() as contexts:
         own = Tabs(chromium, contexts)
-        tab = own.open(pages["map"].as_uri())
+        tab = own.open(address_of("map"))
 
         def follow(end: str) -> Any:
             tab.evaluate(
@@ -96,9 +98,9 @@ def follow(chromium: Any, pages: dict[str, Path]) -> Iterator[Callable[[str], An
 
 
 @pytest.fixture
-def opened(tabs: Tabs, pages: dict[str, Path]) -> Iterator[Opened]:
+def opened(tabs: Tabs, address_of: Callable[[str], str]) -> Iterator[Opened]:
     """Open pages, which must have no errors and no warnings."""
-    yield lambda name, address="", **window: tabs.open(pages[name].as_uri() + address, **window)
+    yield lambda name, end="", **window: tabs.open(address_of(name) + end, **window)
     tabs.check()
 
 
@@ -121,7 +123,7 @@ def click_in(tab: Any, across: float, down: float) -> None:
     tab.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
 
 
-def test_a_link_opens_what_was_looked_at(opened: Opened, pages: dict[str, Path]) -> None:
+def test_a_link_opens_what_was_looked_at(opened: Opened) -> None:
     tab = opened("map")
     assert tab.evaluate("location.hash") == ""
     history = tab.evaluate("history.length")
@@ -140,6 +142,7 @@ def test_a_link_opens_what_was_looked_at(opened: Opened, pages: dict[str, Path])
     assert other.evaluate("location.hash") == address
 
 
+@pytest.mark.stress
 def test_only_what_is_pinned_or_chosen_changes_the_address(opened: Opened) -> None:
     tab = opened("map")
     box = tab.locator("#picture").bounding_box()
@@ -223,19 +226,22 @@ def test_that_line_disappears_with_the_next_change_and_nothing_moves(opened: Ope
     ],
 )
 def test_garbage_in_the_address_changes_nothing(
-    follow: Callable[[str], Any], as_they_are: dict[str, Any], garbage: str
+    follow: Callable[[str], Any], as_it_is: Callable[[str], Any], garbage: str
 ) -> None:
-    plain, tab = as_they_are["map"], follow(garbage)
+    plain, tab = as_it_is("map"), follow(garbage)
     for part in ("readout", "legend", "readout-heading"):
         assert tab.inner_text(f"#{part}") == plain.inner_text(f"#{part}")
 
 
 @pytest.mark.parametrize(
     ("name", "axis", "values"),
-    [
-        ("down", "rheological_index", ["-0.6667", "0", "0.5"]),
-        ("linked", "case", ["0", "7", "11"]),
-    ],
+    one_then(
+        "stress",
+        [
+            ("down", "rheological_index", ["-0.6667", "0", "0.5"]),
+            ("linked", "case", ["0", "7", "11"]),
+        ],
+    ),
 )
 def test_an_address_names_points_that_are_not_in_rising_order(
     opened: Opened, name: str, axis: str, values: list[str]
@@ -248,6 +254,7 @@ def test_an_address_names_points_that_are_not_in_rising_order(
     assert f"{axis} from {values[0]} to {values[-1]}" in tab.text_content("#strange")
 
 
+@pytest.mark.stress
 def test_the_way_along_a_followed_axis_is_in_the_address(opened: Opened) -> None:
     tab = opened("both ways", "#direction=down&angular_frequency=37.4&variable=regime&pinned=yes")
     assert "downward" in tab.inner_text("#readout")
@@ -273,6 +280,7 @@ def test_arrow_keys_move_the_pin_on_a_map(opened: Opened) -> None:
     assert tab.inner_text("#readout-heading") == "Point"
 
 
+@pytest.mark.stress
 def test_keys_leave_no_crosshair_at_the_mouse(opened: Opened) -> None:
     tab = opened("map", "#T=250&pinned=yes")
     drawn = """() => Bokeh.documents[0].roots()[0].children[0].toolbar.tools
@@ -287,22 +295,22 @@ def test_keys_leave_no_crosshair_at_the_mouse(opened: Opened) -> None:
     tab.wait_for_function(f"() => ({drawn})().every(Boolean)")
 
 
-def test_a_command_has_as_few_digits_as_its_point_needs(
-    opened: Opened, results: dict[str, xr.Dataset]
-) -> None:
+def test_a_command_has_as_few_digits_as_its_point_needs(opened: Opened) -> None:
     tab = opened("map", "#T=262.5&K=2828&gamma=-0.667&pinned=yes")
     command = tab.inner_text("#replay").split(" --at ")[1:]
     assert command == ["temperature=262.5", "spring_stiffness=2828", "rheological_index=-0.6667"]
-    place = places_at(results["map"], command)
+    place = places_at(result_of("map"), command)
     assert place == {"temperature": 5, "spring_stiffness": 5, "rheological_index": 0}
 
 
+@pytest.mark.stress
 def test_the_frame_of_the_focus_is_clear_of_the_legend(opened: Opened) -> None:
     tab = opened("map", "#variable=regime")
     legend, picture = (tab.locator(part).bounding_box() for part in ("#legend", "#picture"))
     assert picture["y"] - (legend["y"] + legend["height"]) >= 6  # the frame takes 4
 
 
+@pytest.mark.stress
 def test_arrow_keys_move_the_pin_along_curves_and_between_them(opened: Opened) -> None:
     tab = opened("curves", "#temperature=250&rheological_index=0&pinned=yes")
     tab.keyboard.press("ArrowLeft")
@@ -314,11 +322,10 @@ def test_arrow_keys_move_the_pin_along_curves_and_between_them(opened: Opened) -
     has_address(tab, "at.temperature=225", "at.rheological_index=0.6667")
 
 
-def test_arrow_keys_go_to_the_next_point_of_a_cloud(
-    opened: Opened, results: dict[str, xr.Dataset]
-) -> None:
+@pytest.mark.stress
+def test_arrow_keys_go_to_the_next_point_of_a_cloud(opened: Opened) -> None:
     tab = opened("cloud", "#pinned=yes")
-    by_temperature = results["cloud"].sortby("temperature")["case"].values.tolist()
+    by_temperature = result_of("cloud").sortby("temperature")["case"].values.tolist()
     tab.keyboard.press("Home")
     has_address(tab, f"at.case={by_temperature[0]}")
     for case in by_temperature[1:4]:
@@ -345,9 +352,9 @@ def test_keys_still_serve_controls_and_readers(opened: Opened) -> None:
     assert tab.evaluate("scrollY") == before
 
 
-@pytest.mark.parametrize("name", SWEEPS)
-def test_everything_is_named_for_screen_readers(as_they_are: dict[str, Any], name: str) -> None:
-    tab = as_they_are[name]
+@pytest.mark.parametrize("name", one_then("stress", [*SWEEPS]))
+def test_everything_is_named_for_screen_readers(as_it_is: Callable[[str], Any], name: str) -> None:
+    tab = as_it_is(name)
     unnamed = """() => [...document.querySelectorAll("select, input")].filter(
         ({ labels, ariaLabel }) => !(labels.length ? labels[0].textContent : ariaLabel)?.trim())"""
     assert tab.evaluate(f"({unnamed})().map((control) => control.outerHTML)") == []
@@ -378,15 +385,15 @@ def test_the_picture_and_sliders_say_what_they_show(opened: Opened) -> None:
     assert tab.text_content("#spoken") == ""
 
 
-@pytest.mark.parametrize("name", SWEEPS)
-def test_indices_are_lowered_or_not_there(as_they_are: dict[str, Any], name: str) -> None:
-    tab = as_they_are[name]
+@pytest.mark.parametrize("name", one_then("stress", [*SWEEPS]))
+def test_indices_are_lowered_or_not_there(as_it_is: Callable[[str], Any], name: str) -> None:
+    tab = as_it_is(name)
     words = tab.text_content("main")
     assert "T_c" not in words
     assert "_max" not in words
 
 
-@pytest.mark.parametrize("name", SWEEPS)
+@pytest.mark.parametrize("name", one_then("stress", [*SWEEPS]))
 def test_a_page_fits_a_phone(opened: Opened, name: str) -> None:
     tab = opened(name, width=390, height=844, has_touch=True, is_mobile=True)
     tab.eval_on_selector("details", "details => { details.open = true; }")
@@ -410,11 +417,11 @@ def test_a_tap_pins_and_a_swipe_over_the_map_scrolls(opened: Opened) -> None:
     tab.wait_for_function("() => scrollY > 0")
 
 
-@pytest.mark.parametrize("name", ["map", "curves", "cloud", "both ways"])
+@pytest.mark.parametrize("name", one_then("stress", ["map", "curves", "cloud", "both ways"]))
 def test_the_picture_and_its_numbers_are_seen_at_first_glance(
-    as_they_are: dict[str, Any], name: str
+    as_it_is: Callable[[str], Any], name: str
 ) -> None:
-    tab = as_they_are[name]
+    tab = as_it_is(name)
     for part in ("#picture", "#readout"):
         box = tab.locator(part).bounding_box()
         assert box["y"] + box["height"] <= 900

@@ -106,7 +106,7 @@ def test_the_phases_follow_an_octic_term(phases: dict[str, dict[str, Any]], name
     assert found["melting strain of the page"] == found["melting strain"]
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 @pytest.mark.parametrize("name", FILMS)
 def test_the_page_of_phases_follows_an_octic_term(
     phases: dict[str, dict[str, Any]], name: str

@@ -1,9 +1,10 @@
 """Compilation of the common kernels before the test workers start, which would each compile them.
 
-Two processes take about the same time. One compiles the adaptive method for the paper's fluids, for
-a general power and for stochastic films. The other begins with an elastic strain that relaxes,
-which shares no large kernel with them, and leaves Euler-Cromer to the end, since it finds its
-stationary orbits by the adaptive kernels of the first.
+Two processes take about the same time. They begin no further ones, because a process that has
+compiled one kernel needs a quarter of the time for a similar one. One compiles the adaptive method
+for the paper's fluids, for a general power and for stochastic films. The other begins with an
+elastic strain that relaxes, which shares no large kernel with them, and leaves Euler-Cromer to the
+end, since it finds its stationary orbits by the adaptive kernels of the first.
 """
 
 from __future__ import annotations
@@ -11,6 +12,10 @@ from __future__ import annotations
 import subprocess
 import sys
 
+_ALONE = """
+from stickslip.dispatch import compilation
+compilation.usable_cores = lambda: 1
+"""
 _PAPER = """
 from stickslip import Parameters, simulate, stationary_orbits
 stationary_orbits({"T": 300.0, "gamma": [-2 / 3]}, rtol=1e-4)
@@ -31,6 +36,7 @@ stationary_orbits(
 
 def compile_kernels() -> None:
     """Compile kernels into the cache; a failure is shown, and shows again in the tests."""
-    running = [subprocess.Popen([sys.executable, "-c", script]) for script in (_PAPER, _OTHERS)]
+    scripts = [_ALONE + script for script in (_PAPER, _OTHERS)]
+    running = [subprocess.Popen([sys.executable, "-c", script]) for script in scripts]
     for process in running:
         process.wait()

@@ -169,7 +169,7 @@ def test_a_sweep_without_workers_waits_for_new_ones(cluster: Cluster, expected: 
     assert hash_of_result() == expected
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_the_granted_time_ends_without_workers_too(cluster: Cluster) -> None:
     sweep = command("--scheduler", cluster.address, "--max-runtime", "2s", hook=IMPATIENT)
     code, err = ended(sweep)
@@ -194,7 +194,7 @@ def test_finished_points_survive_the_death_of_the_scheduler(
     assert hash_of_result() == expected
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_a_scheduler_that_is_frozen_from_the_start_is_not_waited_for(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -230,10 +230,10 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
     ("address", "message"),
     [
         ("tls://127.0.0.1:1", "needs certificates in dask's configuration"),
-        ("inproc://x", "a cluster inside another process"),
         *marked(
             "faults",
             [
+                ("inproc://x", "a cluster inside another process"),
                 ("wss://127.0.0.1:1", "needs certificates in dask's configuration"),
                 ("inproc://192.0.2.1/1/1", "a cluster inside another process"),
             ],

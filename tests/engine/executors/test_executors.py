@@ -116,7 +116,7 @@ def test_a_missing_dask_is_reported_with_a_remedy(
         pass
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_a_point_that_kills_its_worker_costs_itself_alone(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
