@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import math
 import time
@@ -57,7 +58,7 @@ class Block:
     """Computed points: their numbers (n,), result rows (n, columns) and what happened to them.
 
     `suspicious` counts the points with a suspicious power balance, and with a suspicious stress;
-    `messages` name the points that failed.
+    `messages` name the points that failed. A worker that has computed a block returns it `sealed`.
     """
 
     indices: NDArray[np.int64]
@@ -66,6 +67,19 @@ class Block:
     processor: str = ""
     suspicious: tuple[int, int] = (0, 0)
     messages: tuple[str, ...] = ()
+    checksum: bytes = b""
+
+    def sealed(self) -> Block:
+        """Return the block with a checksum, by which damage on its way shows."""
+        return replace(self, checksum=self._digest())
+
+    def is_undamaged(self) -> bool:
+        """Return whether the checksum is that of the numbers and results."""
+        return self.checksum == self._digest()
+
+    def _digest(self) -> bytes:
+        whole = self.indices.tobytes() + self.results.tobytes()
+        return hashlib.blake2b(whole, digest_size=16).digest()
 
     def part(self, which: NDArray[np.bool_]) -> Block:
         """Return a block with some of the points (n,) only."""
@@ -95,7 +109,7 @@ def compute_block(task: Task) -> Block:
         processor(),
         (int(suspicious[0].sum()), int(suspicious[1].sum())),
         tuple(messages),
-    )
+    ).sealed()
 
 
 def refuse_other_code(task: Task) -> None:
@@ -129,6 +143,7 @@ def is_answer(answer: object, task: Task) -> bool:
         not np.array_equal(answer.indices, task.indices)
         or results.shape != (len(task.indices), len(RESULT_COLUMNS))
         or results.dtype != np.float64
+        or not answer.is_undamaged()
         or not are_possible(results)
     ):
         return False
@@ -148,6 +163,7 @@ def _has_its_types(block: Any) -> bool:
         and _is_tuple_of(int, block.suspicious)
         and len(block.suspicious) == 2
         and _is_tuple_of(str, block.messages)
+        and type(block.checksum) is bytes
     )
 
 

@@ -114,6 +114,13 @@ def test_a_block_is_computed_from_its_task_alone(reference: np.ndarray) -> None:
 def damaged(block: Block, name: str, value: float) -> Block:
     results = block.results.copy()
     results[0, RESULT_COLUMNS.index(name)] = value
+    return replace(block, results=results).sealed()
+
+
+def with_another_bit(block: Block) -> Block:
+    """The block as it may come back from a worker; no range of values tells that it is damaged."""
+    results = block.results.copy()
+    results.view(np.uint64)[0, RESULT_COLUMNS.index("friction_force_in_phase")] ^= np.uint64(1)
     return replace(block, results=results)
 
 
@@ -151,6 +158,7 @@ WRONG_BLOCKS: dict[str, Callable[[Block], Block]] = {
     "an unknown regime": lambda block: damaged(block, "regime", 99.0),
     "an error beyond all": lambda block: damaged(block, "amplitude_error", 1e300),
     "half a melting": lambda block: damaged(block, "melting_count", 0.5),
+    "another bit": with_another_bit,
     "a masked array": lambda block: replace(block, results=np.ma.array(block.results)),
     "floats for numbers of points": lambda block: replace(block, indices=block.indices * 1.0),
     "three counts": lambda block: replace(block, suspicious=(0, 0, 0)),
@@ -170,7 +178,7 @@ def test_an_answer_that_cannot_be_the_block_ends_the_sweep(
 @pytest.mark.parametrize("name", [field.name for field in fields(Block)])
 def test_no_field_of_an_answer_may_be_of_another_type(name: str, reference: np.ndarray) -> None:
     task = task_of(EVERYTHING)
-    block = Block(EVERYTHING, reference, 1.0, "a processor", (0, 0), ())
+    block = Block(EVERYTHING, reference, 1.0, "a processor", (0, 0), ()).sealed()
     assert is_answer(block, task)
     in_flight = InFlight()
     for value in ODD:
