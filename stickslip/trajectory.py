@@ -379,10 +379,10 @@ def _section(
     import xarray as xr
 
     observables = np.empty((len(own), len(OBSERVABLES)))
-    u_s = METHODS[options.method].kernels.rounding(parameters, options)
+    rtol = METHODS[options.method].kernels.rounding(options)
     point = np.array(parameters)
     observables_kernel(physics_at(point, options.physics.typical))(
-        point, own, samples, u_s, observables
+        point, own, samples, rtol, observables
     )
     states = dict(zip(_SAMPLED, samples.T, strict=False))  # a strain is an observable
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))

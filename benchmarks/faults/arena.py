@@ -311,11 +311,9 @@ class Arena:
         tally.count(verdict, f"{what}: {why}")
 
     def _verdict(self, folder: Path, end: Ended) -> tuple[str, str]:
-        output = folder / "a.nc"
-        if end.code is None:
-            return "hung", end.said[-300:]
+        output, hung = folder / "a.nc", end.code is None  # and was killed
         unread = end.code == _UNREAD[0] and _UNREAD[1] in end.said
-        if not (end.code in self._endings or unread) or "Traceback" in end.said:
+        if not (hung or end.code in self._endings or unread) or "Traceback" in end.said:
             return "wrong", f"exit code {end.code}: {end.said[-300:]}"
         found = _hash(output) if output.exists() else ""
         if found != self.expected and (end.code == 0 or found != self.old_hash):
@@ -330,7 +328,7 @@ class Arena:
         most = self._points - max(kept, self._older_points) + self._spared
         if (computed := _computed(output)) > most and found != self.expected:
             return "lost", f"{computed} points computed again, {kept} were in the journal"
-        return "survived", ""
+        return ("hung", end.said[-300:]) if hung else ("survived", "")
 
 
 def _hash(output: Path) -> str:

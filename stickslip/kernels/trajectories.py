@@ -10,6 +10,7 @@ from stickslip.compiled.decorators import inline, jit, kernel_factory, named_ker
 from stickslip.compiled.fields import make_tuple_reader
 from stickslip.kernels.families import physics_at
 from stickslip.kernels.parameter_rows import FIRST_STEP, parameters_of
+from stickslip.kernels.problem import rounding_speed
 from stickslip.kernels.streams import PERIOD, STREAM
 from stickslip.model import drive
 from stickslip.model.models import model_of
@@ -154,8 +155,8 @@ def make_write_observables(physics: Physics) -> Any:
 def observables_kernel(physics: Physics) -> Any:
     """Return the kernel of the observables of a trajectory of states (x, v, phi, ...).
 
-    It takes `point` (parameters,), `times` (n,), `samples` (n, width) and `u_s` as in
-    `make_write_observables`, and writes `observables` (n, 6).
+    It takes `point` (parameters,), `times` (n,), `samples` (n, width) and the tolerance at which a
+    cusp of the law is rounded, and writes `observables` (n, 6).
     """
     model = model_of(physics)
     relative_state, sample_state = model.equations.relative_state, make_tuple_reader(model.width)
@@ -165,10 +166,11 @@ def observables_kernel(physics: Physics) -> Any:
         point: np.ndarray,
         times: np.ndarray,
         samples: np.ndarray,
-        u_s: float,
+        rtol: float,
         observables: np.ndarray,
     ) -> None:
         p = parameters_of(point)
+        u_s = rounding_speed(p, rtol)
         for i in range(times.shape[0]):
             # This state has phi in place of its logarithm.
             y = relative_state(p, times[i], sample_state(samples[i]))

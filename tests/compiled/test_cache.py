@@ -9,6 +9,7 @@ import os
 import pickle
 import shutil
 import subprocess
+import sys
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -155,6 +156,30 @@ def test_in_a_shared_folder_each_user_has_a_private_one(cache: Path) -> None:
 
 
 # --- edits of the sources, and new processes -----------------------------------------------------
+
+
+NOTING = """
+import numba.core.compiler as compiler
+compiled, compile_extra = [], compiler.compile_extra
+def noted(typing, target, function, *others, **more):
+    compiled.append(function.__qualname__)
+    return compile_extra(typing, target, function, *others, **more)
+compiler.compile_extra = noted
+from stickslip import simulate, stationary_orbits
+stationary_orbits({"T": [250.0]}, rtol=1e-4)
+simulate(periods=1, samples_per_period=4)
+print(compiled)
+"""
+
+
+@pytest.mark.slow
+def test_a_new_process_compiles_nothing_again() -> None:
+    """A part of a kernel that Python calls would be compiled in each process, for half a second."""
+    runs = [
+        subprocess.run([sys.executable, "-c", NOTING], capture_output=True, text=True, check=True)
+        for _ in range(2)  # the first may find no cache
+    ]
+    assert runs[-1].stdout == "[]\n"
 
 
 @pytest.mark.slow

@@ -195,7 +195,7 @@ def test_the_orbits_for_other_codes(run_page: Page) -> None:
         assert getattr(names["relaxing"], name) == pytest.approx(relaxing, rel=3e-12)
 
 
-@pytest.mark.stress  # it compiles a law; the suite does with that of `register_law`'s example
+@pytest.mark.stress  # it compiles the kernels of orbits for a law
 def test_a_friction_law(run_page: Page, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(laws, "REGISTERED", {})
     monkeypatch.syspath_prepend("")

@@ -49,14 +49,12 @@ from stickslip.kernels.orbits.settling import (
 )
 from stickslip.kernels.orbits.watching import Watched, aperiodic_rows, spreads_of
 from stickslip.kernels.parameter_rows import write_results
-from stickslip.kernels.problem import rounding_speed
 from stickslip.model.drive import lengthened
 from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import rest_points
 from stickslip.options import Options, Settings
-from stickslip.parameters import Parameters
 from stickslip.status import Status
 
 # The largest number of repetitions of a measurement that began off the orbit, and the longest
@@ -101,9 +99,9 @@ def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
     return np.full(len(points), np.inf)
 
 
-def rounding(p: Parameters, options: Options) -> float:
-    """Return the relative speed [m/s] below which the method rounds a cusp of the law."""
-    return float(rounding_speed(p, options.rtol))
+def rounding(options: Options) -> float:
+    """Return the tolerance at which the method rounds a cusp of the law, as in `rounding_speed`."""
+    return options.rtol
 
 
 def orbits(

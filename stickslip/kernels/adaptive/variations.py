@@ -113,7 +113,7 @@ def make_variations(
     end = first + room_of(width)
 
     aside, note_extrema = _make_aside(functions), _make_note_extrema(width, slopes)
-    reaches = tuple(1.0 / larger(c.weight, LEAST_WEIGHT) for c in components)
+    reaches = tuple(1.0 / max(c.weight, LEAST_WEIGHT) for c in components)
     across, rhs, step_of = _make_across(components), functions.rhs, step_reader(width)
     see_integrands = _make_see_integrands(functions, slopes)
 

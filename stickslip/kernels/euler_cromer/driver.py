@@ -37,8 +37,8 @@ def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
     return largest_stable_step(points, options.friction)
 
 
-def rounding(p: Parameters, options: Options) -> float:
-    """Return the relative speed [m/s] below which a cusp of the law is rounded: 0, as none is."""
+def rounding(options: Options) -> float:
+    """Return the tolerance at which a cusp of the law is rounded: 0, as none is."""
     return 0.0
 
 

@@ -122,8 +122,9 @@ def register_law(law: FrictionLaw) -> None:
     ...         fluids=({"k": 1e6, "gamma": 1e3}, {"k": 1e4, "gamma": 1e6}),
     ...     )
     ... )
-    >>> stationary_orbit(Parameters(T=320, k=1e6, gamma=1e3), friction="limited").regime.name
-    'LIQUID'
+    >>> path = simulate(Parameters(T=320, k=1e6, gamma=1e3), periods=1, friction="limited")
+    >>> path.friction_force.max().round(6).item()
+    0.000874
 
     The functions may be plain Python. Such a law is computed in threads; the processes of loky and
     dask do not know it, and refuse it. For them, and for later runs, put the law into a package

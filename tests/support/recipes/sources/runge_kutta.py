@@ -249,7 +249,7 @@ def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
     return _STABLE_PART * largest_stable_step(points, options.friction)
 
 
-def rounding(p: Parameters, options: Options) -> float:
+def rounding(options: Options) -> float:
     """As `adaptive.driver.rounding`; it rounds nothing."""
     return 0.0
 
