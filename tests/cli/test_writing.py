@@ -87,7 +87,7 @@ VERBS = {
 }
 QUICK = ("new",)
 """The verb whose kills are in the suite; `make faults` kills all others."""
-READILY = ("new", "export", "boundary as a table", "simulate", "merge", "plot")
+READILY = ("new", "export", "simulate", "plot")
 """The verbs for tests of a second or so: one for each way to make files."""
 KNOWING = [name for name, verb in VERBS.items() if not verb.renews]
 """The verbs that recognise their files, and refuse all others."""

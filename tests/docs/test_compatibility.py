@@ -95,7 +95,7 @@ def test_variables_of_a_released_file_have_the_names_and_units_of_today(
 # --- files ---
 
 
-@pytest.mark.parametrize("name", [*POINTS, "trajectory"])
+@pytest.mark.parametrize("name", ["trajectory", *one_then("stress", [*POINTS])])
 def test_a_released_file_is_described_drawn_and_exported(
     command: Command, unpacked: Unpacked, name: str
 ) -> None:

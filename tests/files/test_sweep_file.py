@@ -10,6 +10,7 @@ from unittest.mock import Mock
 import netCDF4
 import numpy as np
 import pytest
+from support.marks import one_then
 from support.sweeps.writing import write_dataset
 
 from stickslip import Status
@@ -45,7 +46,7 @@ SWEEPS: dict[str, dict[str, Any]] = {
     "an axis and cases": LOOSE | {"title": "with °", "sweep": {"T": [200, 250]}, "cases": CASES},
 }
 sweeps = pytest.mark.parametrize("config", SWEEPS.values(), ids=SWEEPS)
-chunk_sizes = pytest.mark.parametrize("most", [1, 3, 1000])
+chunk_sizes = pytest.mark.parametrize("most", one_then("stress", [3, 1, 1000]))
 
 
 def numbered_rows(size: int) -> np.ndarray:
@@ -272,7 +273,7 @@ def test_the_trial_leaves_nothing_and_names_an_unwritable_folder(tmp_path: Path)
 # --- existing files ---
 
 
-@pytest.mark.parametrize("processor", ["", "this, that"])
+@pytest.mark.parametrize("processor", one_then("stress", ["this, that", ""]))
 @sweeps
 def test_the_file_of_a_dataset_holds_finished_points(
     tmp_path: Path, config: dict[str, Any], processor: str

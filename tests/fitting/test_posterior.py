@@ -112,6 +112,7 @@ def test_a_normal_distribution_is_drawn() -> None:
     assert np.corrcoef(flat.T)[0, 1] == pytest.approx(0.8, abs=0.03)
 
 
+@pytest.mark.stress
 def test_a_prior_counts_as_much_as_a_datum() -> None:
     """A datum of 0 +- 1 and a prior of 2 +- 1 give 1 +- 0.71; a range cuts off the rest."""
     priors = {
@@ -152,6 +153,7 @@ def test_weights_that_do_not_settle_are_reported(monkeypatch: pytest.MonkeyPatch
     assert "walkers do not agree after 200 steps" in _line_on(found)
 
 
+@pytest.mark.stress
 def test_walkers_that_agree_after_too_few_steps_are_not_said_to_disagree(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

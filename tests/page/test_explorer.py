@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import xarray as xr
 from support.browser import Tab, chromium, opened_tab
-from support.marks import marked
+from support.marks import marked, one_then
 from support.serving import running
 from support.sweeps.processes import wait_until
 
@@ -268,7 +268,9 @@ def test_an_address_that_cannot_be_shown_is_refused_in_a_sentence(view: View):
     assert view.box("temperature").input_value() == "200"
 
 
-@pytest.mark.parametrize("end", ["temprature=240", "T=-5", "integrator.rtol=none"])
+@pytest.mark.parametrize(
+    "end", one_then("stress", ["temprature=240", "T=-5", "integrator.rtol=none"])
+)
 def test_after_a_refused_address_the_controls_go_on(view: View, end: str):
     view.page.evaluate(f"location.hash = '{end}'")
     view.says("This page cannot show the address")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.marks import marked, one_then
 from support.pictures import sweep
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
@@ -63,7 +64,7 @@ def test_another_law_is_asked_for_without_the_identity_of_the_last_one():
     assert told(subject_of_paper(), script) == [{"temperature": "250", **law}]
 
 
-@pytest.mark.parametrize("is_of_file", [True, False])
+@pytest.mark.parametrize("is_of_file", one_then("stress", [True, False]))
 def test_the_open_point_of_the_file_moves_with_the_slice(is_of_file: bool):
     """Otherwise its mark and its numbers would be at a point that is not open."""
     axes = {"temperature": [200.0, 250.0], "spring_stiffness": [500.0, 1000.0]}
@@ -83,7 +84,7 @@ def test_the_open_point_of_the_file_moves_with_the_slice(is_of_file: bool):
     assert requests == ([there] if is_of_file else [])
 
 
-@pytest.mark.parametrize("waiting", ["null", "{}"])
+@pytest.mark.parametrize("waiting", one_then("stress", ["null", "{}"]))
 def test_an_answer_leaves_the_pin_where_a_key_has_moved_it_meanwhile(waiting: str):
     """Otherwise the next key would move it from a point that it has left."""
     axes = {"temperature": [200.0, 210.0, 220.0], "spring_stiffness": [500.0, 1000.0]}
@@ -100,7 +101,7 @@ def test_an_answer_leaves_the_pin_where_a_key_has_moved_it_meanwhile(waiting: st
     assert told(subject, script, axes) == ([1, 0] if waiting == "null" else [2, 0])
 
 
-@pytest.mark.parametrize("show", ["showRefusal", "showRefusedAddress"])
+@pytest.mark.parametrize("show", one_then("stress", ["showRefusal", "showRefusedAddress"]))
 def test_after_a_refusal_the_pin_is_at_the_open_point(show: str):
     """Otherwise the address of the page would open another one."""
     axes = {"temperature": [200.0, 210.0, 220.0], "spring_stiffness": [500.0, 1000.0]}
@@ -137,8 +138,7 @@ def test_the_kind_of_an_open_point_is_marked_at_its_place(meltings: int, height:
     ("written", "opened"),
     [
         ({"at.temperature": "219"}, {"at.temperature": "220", "at.spring_stiffness": "500"}),
-        ({"at.temperature": "219", "at.bogus": "1"}, None),
-        ({}, None),
+        *marked("stress", [({"at.temperature": "219", "at.bogus": "1"}, None), ({}, None)]),
     ],
 )
 def test_a_place_in_an_address_is_opened(written: dict[str, str], opened: dict[str, str] | None):
