@@ -40,9 +40,6 @@ _WITH_RESULT = [int(status) for status in Status if status.is_result]
 # Results that differ by less than this, relative to the largest, differ by rounding alone.
 _EQUAL = 1e-12
 
-_BATCH = 1_000_000
-"""Base points that the bootstrap draws at a time, in all its samples together."""
-
 
 def sensitivity_indices(
     box: Mapping[str, Any],
@@ -236,27 +233,20 @@ def _estimate(
     # The mean is subtracted because the variance of the estimate would grow with it.
     centred = values - values[:2].mean()
     indices = saltelli(centred)
-    highest, lowest = centred.max(axis=0), centred.min(axis=0)
 
-    def resampled(drawn: NDArray[np.intp], axis: int) -> NDArray[np.float64]:
-        """Return the indices (2, d, ...) of samples (..., n): base points along the last axis."""
-        counts = _counts(drawn.reshape(-1, drawn.shape[axis]), len(highest))
-        found = saltelli(centred, counts.T / drawn.shape[axis])
-        high = np.where(counts, highest, -np.inf).max(axis=1)
-        low = np.where(counts, lowest, np.inf).min(axis=1)
-        found[..., high - low <= least] = np.nan
-        return found.reshape(*indices.shape, *drawn.shape[:-1])
+    def resampled(drawn: NDArray[np.intp]) -> NDArray[np.float64]:
+        sample = centred[:, drawn]
+        return saltelli(sample) if np.ptp(sample) > least else np.full_like(indices, np.nan)
 
     with warnings.catch_warnings():
         # A parameter without influence has the index 0 in every sample, and so no interval.
         warnings.filterwarnings("ignore", "The BCa confidence interval cannot be calculated")
-        warnings.filterwarnings("ignore", "invalid value|divide by zero", RuntimeWarning)
+        warnings.filterwarnings("ignore", "invalid value", RuntimeWarning)
         found = bootstrap(
             (np.arange(values.shape[1]),),
             resampled,
             confidence_level=confidence,
-            vectorized=True,
-            batch=max(1, _BATCH // values.shape[1]),
+            vectorized=False,
             rng=rng,
         ).confidence_interval
     intervals = np.stack([found.low, found.high], axis=-1)
@@ -264,26 +254,13 @@ def _estimate(
     return indices, np.where(without_influence, indices[..., None], intervals)
 
 
-def _counts(drawn: NDArray[np.intp], size: int) -> NDArray[np.intp]:
-    """Return how often each of `size` points is in each sample (samples, n)."""
-    shifted = drawn + size * np.arange(len(drawn))[:, None]
-    counts = np.bincount(shifted.ravel(), minlength=size * len(drawn))
-    return counts.reshape(len(drawn), size)
-
-
-def saltelli(
-    values: NDArray[np.float64], weights: NDArray[np.float64] | None = None
-) -> NDArray[np.float64]:
+def saltelli(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the first-order and total indices (2, d) of values (d + 2, n) with mean 0.
 
     The rows belong to A, to B, then to the mixtures. Saltelli et al. (2010), Table 2, (b) and (f).
-    With the weights (n, m) of base points in m samples, the indices of all samples (2, d, m).
     """
-    if weights is None:
-        return saltelli(values, np.full((values.shape[1], 1), 1.0 / values.shape[1]))[..., 0]
     in_A, in_B, mixed = values[0], values[1], values[2:]
-    mean = 0.5 * (in_A + in_B) @ weights
-    variance = 0.5 * (in_A**2 + in_B**2) @ weights - mean**2
-    first = (in_B * (mixed - in_A)) @ weights
-    total = 0.5 * (in_A - mixed) ** 2 @ weights
-    return np.stack([first, total]) / variance
+    variance = np.var(values[:2])
+    first = np.mean(in_B * (mixed - in_A), axis=1) / variance
+    total = 0.5 * np.mean((in_A - mixed) ** 2, axis=1) / variance
+    return np.stack([first, total])
