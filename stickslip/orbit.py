@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -101,10 +102,18 @@ def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
 
     The columns are the parameters in `kernels.families.KIND`.
     """
-    # A run without points calls, and so compiles, all kernels that do not belong to a family.
-    compute_orbits(np.empty((0, len(Parameters._fields))), typical_options(options))
+    _prepare_shared(typical_options(options))
     for own in _family_kernels(options, kinds):
         own.compile()
+
+
+@cache
+def _prepare_shared(options: Options) -> None:
+    """Compile or load all kernels that do not belong to a family: a run without points calls them.
+
+    Once for these options, since the run takes as long as half an orbit.
+    """
+    compute_orbits(np.empty((0, len(Parameters._fields))), options)
 
 
 def uncompiled(options: Options, kinds: np.ndarray) -> list[int]:
