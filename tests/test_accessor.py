@@ -29,8 +29,8 @@ def ds() -> xr.Dataset:
     "code",
     [
         "import sweeps.accessor",
-        "from sweeps import run; run({'integrator': {'rtol': 1e-4}, 'stationary': {'rtol': 1e-4}})",
         "from stickslip import simulate; simulate(periods=1)",
+        pytest.param("from sweeps import run; run({})", marks=pytest.mark.stress),
     ],
 )
 def test_a_dataset_has_the_accessor_after(code: str) -> None:

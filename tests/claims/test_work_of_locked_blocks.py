@@ -86,7 +86,7 @@ def test_the_loss_of_a_block_that_hardly_slips_has_its_closed_form(
     assert (np.abs(found.dissipated_energy - known.work) <= allowed)[few].all()
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_an_independent_solver_finds_the_same_loss() -> None:
     points, exact, compared = films(COUNT), computed(EXACT), 0
     for i in np.flatnonzero(exact.regime == Regime.LOCKED):

@@ -33,14 +33,14 @@ def small() -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def borders(small: xr.Dataset) -> xr.Dataset:
-    return small.stickslip.boundaries(1e-4)
+    return small.stickslip.boundaries(1e-2)
 
 
 def test_the_command_writes_the_borders_of_the_function(
     command: Command, small: xr.Dataset, borders: xr.Dataset
 ) -> None:
     write_dataset(small, Path("map.nc"))
-    done = command.ok("boundary", "map.nc", "--accuracy", "1e-4")
+    done = command.ok("boundary", "map.nc", "--accuracy", "1e-2")
     xr.testing.assert_equal(open_result(Path("map-boundaries.nc")), borders)
     assert "stick_slip_symmetric" in done.out
     again = command("boundary", "map.nc")
@@ -53,7 +53,7 @@ def test_the_command_writes_the_borders_of_the_function(
     refused = command("plot", "map.nc", "--boundaries", "map.nc")
     assert refused.code == 2
     assert "not a file of borders" in refused.err
-    command.ok("boundary", "map.nc", "--accuracy", "1e-4", "-o", "lines.csv")
+    command.ok("boundary", "map.nc", "--accuracy", "1e-2", "-o", "lines.csv")
     rows = pd.read_csv("lines.csv")
     assert list(rows.columns[:3]) == ["line", "temperature", "angular_frequency"]
     np.testing.assert_array_equal(rows.temperature, borders.temperature)

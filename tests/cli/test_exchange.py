@@ -11,6 +11,7 @@ from support.sweeps.commands import Command, entries
 from sweeps.files.netcdf import content_hash, open_result
 
 
+@pytest.mark.stress
 def test_a_file_without_an_ending_has_others_named_after_all_of_it(command: Command) -> None:
     command.ok("sweep", "a.yaml", "-o", "T=1.5")
     assert command.ok("export", "T=1.5").out == "T=1.5.csv\nT=1.5.columns.csv\n"

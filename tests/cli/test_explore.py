@@ -82,6 +82,7 @@ def test_unusable_files_are_refused(command: Command) -> None:
     assert err.startswith(f"b.nc {messages.NOT_NETCDF}")
 
 
+@pytest.mark.stress
 def test_the_command_for_a_point_of_a_slice_names_the_slice(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from support import messages
+from support.marks import one_then
 from support.pictures import (
     GAMMAS,
     TEMPERATURES,
@@ -181,7 +182,7 @@ def test_plot_draws_as_the_options_say(
     assert [len(panels(figure)) for figure in drawn[1:]] == [2, 2, 6, 6]
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_plot_needs_no_window(result: Path) -> None:
     done = process("plot", str(result), "-o", "a.png", environment={"MPLBACKEND": "nosuch"})
     assert (done.code, done.err) == (0, "")
@@ -264,7 +265,7 @@ def test_plot_refuses_wrong_options(
     assert entries() == ["a.yaml", "made.nc"]
 
 
-@pytest.mark.parametrize("name", ["a.cdf", "a.nc", "a.final.nc"])
+@pytest.mark.parametrize("name", one_then("stress", ["a.final.nc", "a.cdf", "a.nc"]))
 def test_a_file_of_any_name_has_pictures_beside_it(command: Command, name: str) -> None:
     Path("a").mkdir()
     sweep(temperature=TEMPERATURES).to_netcdf(name)

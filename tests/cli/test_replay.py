@@ -47,6 +47,7 @@ def test_a_point_is_computed_compared_written_and_drawn(command: Command, result
     assert ds.title == "temperature = 200 K, rheological_index = -0.666667"
 
 
+@pytest.mark.stress
 def test_the_output_the_periods_and_the_start_can_be_chosen(command: Command, result: Path) -> None:
     options = ("-o", "b.nc", "--periods", "2", "--start", "initial")
     command.ok("replay", "mine.nc", *POINT, *options)
@@ -74,6 +75,7 @@ def test_other_bits_of_another_version_are_explained(command: Command, result: P
     assert f"{messages.OTHER_VERSION}1" in done.err
 
 
+@pytest.mark.stress
 def test_a_masked_point_is_compared_with_nothing(command: Command, result: Path) -> None:
     ds = open_result(result)
     ds.where(ds.temperature > 200).to_netcdf("masked.nc")

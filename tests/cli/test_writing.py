@@ -87,8 +87,8 @@ VERBS = {
 }
 QUICK = ("new",)
 """The verb whose kills are in the suite; `make faults` kills all others."""
-READILY = ("new", "export", "simulate", "plot")
-"""The verbs for tests of a second or so: one for each way to make files."""
+READILY = ("new", "export", "simulate")
+"""The verbs for tests of a second or so; pictures take longer."""
 KNOWING = [name for name, verb in VERBS.items() if not verb.renews]
 """The verbs that recognise their files, and refuse all others."""
 
@@ -327,7 +327,7 @@ def test_a_sweep_that_can_be_resumed_keeps_its_output(shell: Shell) -> None:
 # --- names ---
 
 
-@pytest.mark.parametrize("name", ["new", "simulate", "export", "plot"])
+@pytest.mark.parametrize("name", ["simulate", *marked("faults", ["new", "export", "plot"])])
 def test_a_link_to_a_file_that_is_not_there_yet_is_written_through(
     shell: Shell, name: str, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -379,6 +379,7 @@ def test_a_name_that_is_not_utf_8_is_refused(shell: Shell, line: str) -> None:
     assert entries() == before
 
 
+@pytest.mark.faults
 def test_a_folder_whose_name_is_not_utf_8_may_hold_all_but_netcdf(shell: Shell) -> None:
     names = entries()
     Path(ODD).mkdir()

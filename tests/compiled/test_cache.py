@@ -196,7 +196,7 @@ def test_loading_code_does_not_import_the_compiler(tmp_path: Path) -> None:
     assert err == ""
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_another_installation_of_the_same_sources_finds_their_code(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     first = run_small_kernel(cache)

@@ -113,6 +113,7 @@ def test_a_released_file_is_described_drawn_and_exported(
         assert Path(made).stat().st_size > 1000
 
 
+@pytest.mark.stress
 def test_released_borders_are_described_exported_and_drawn_over_their_map(
     command: Command, unpacked: Unpacked
 ) -> None:
@@ -131,8 +132,8 @@ def test_released_borders_are_described_exported_and_drawn_over_their_map(
         assert Path(made).stat().st_size > 1000
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", one_then("stress", [*reversed(SWEEPS)]))
+@pytest.mark.stress
+@pytest.mark.parametrize("name", SWEEPS)
 def test_a_page_of_a_released_file_is_made(command: Command, unpacked: Unpacked, name: str) -> None:
     pytest.importorskip("bokeh")
     done = command("report", unpacked(name).name, "-o", "a.html")

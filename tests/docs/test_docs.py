@@ -58,6 +58,7 @@ def test_every_equation_of_the_paper_is_there_once_and_in_order():
     assert [int(tag) for tag in re.findall(r"\\tag\{(\d+)\}", EQUATIONS)] == list(range(1, 27))
 
 
+@pytest.mark.stress
 def test_closed_forms_of_the_model_have_the_documented_values():
     p = Parameters()
     melting = solids.melting_strain(p)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.marks import marked
 
 import stickslip
 import sweeps
@@ -20,7 +21,10 @@ PUBLIC |= {
 }
 
 
-@pytest.mark.parametrize("name", PUBLIC)
+SLOW = ("phase_diagram", "ds.stickslip.report", "ds.stickslip.summary")
+
+
+@pytest.mark.parametrize("name", [*sorted({*PUBLIC} - {*SLOW}), *marked("stress", SLOW)])
 def test_the_docstring_has_an_example_that_holds(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -121,7 +121,7 @@ def test_the_error_bar(run_page: Page) -> None:
     assert abs(names["change"]) <= names["coarse"].amplitude_error
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_orbits_of_a_table(run_page: Page) -> None:
     names = run_page("many-orbits")
     slopes = names["ds"].friction_force_amplitude_sensitivity[1].values  # at 250 K
@@ -132,7 +132,7 @@ def test_orbits_of_a_table(run_page: Page) -> None:
     assert abs(gamma + 0.55) < 4 * errors[1]
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_loss_and_storage(run_page: Page) -> None:
     names = run_page("loss-and-storage")
     assert (names["ds"].status == 0).all()
@@ -148,7 +148,7 @@ def test_loss_and_storage(run_page: Page) -> None:
     assert Path("results/loop.png").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_which_parameter_matters(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     ds = run_page("which-parameter-matters")["ds"]
     assert (ds.total_order[0] > 0.3).all()

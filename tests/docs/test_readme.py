@@ -25,7 +25,7 @@ def test_the_example_of_the_readme_prints_what_it_says(tmp_path: Path) -> None:
     assert made_in(tmp_path) == {"map.png"}
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_the_calls_in_short_run_as_one_script(tmp_path: Path) -> None:
     page = (ROOT / "docs" / "api.md").read_text("utf-8")
     (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)

@@ -8,6 +8,7 @@ from pathlib import Path
 import netCDF4
 import pytest
 from support import messages
+from support.marks import marked
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of
 
 from sweeps.files.run_folder import RunFolder
@@ -65,7 +66,7 @@ def test_an_output_that_is_a_link_stays_one(shell: Shell) -> None:
 # --- seals ---
 
 
-@pytest.mark.parametrize("verb", ["info", "plot", "export"])
+@pytest.mark.parametrize("verb", ["info", "export", *marked("stress", ["plot"])])
 def test_a_file_edited_by_hand_is_reported(shell: Shell, verb: str) -> None:
     shell.ok("sweep", "a.yaml", "-o", "a.nc")
     assert "warning" not in shell(verb, "a.nc").err

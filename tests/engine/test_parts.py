@@ -100,7 +100,7 @@ def test_all_points_belong_to_one_part_and_lines_stay_together() -> None:
             assert (lines.all(axis=2) == lines.any(axis=2)).all()
 
 
-@pytest.mark.parametrize("mapping", [SOME_FAIL, SAMPLE, *marked("faults", [MAP, CASES, LINES])])
+@pytest.mark.parametrize("mapping", [SOME_FAIL, *marked("faults", [SAMPLE, MAP, CASES, LINES])])
 def test_parts_that_are_merged_are_the_whole(mapping: dict[str, Any], tmp_path: Path) -> None:
     config = from_mapping(mapping)
     computed(config, tmp_path / "whole.nc")

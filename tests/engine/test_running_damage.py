@@ -56,7 +56,7 @@ def flip(path: Path, place: int, mask: int = 0x10) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flips", one_then("faults", [6, 200]))
+@pytest.mark.parametrize("flips", one_then("faults", [3, 200]))
 def test_a_byte_damaged_during_the_sweep_costs_only_its_block(shell: Shell, flips: int) -> None:
     expected, rng = hash_at_once("a.yaml"), np.random.default_rng(3)
     for _ in range(flips):

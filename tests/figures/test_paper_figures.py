@@ -111,6 +111,7 @@ def test_failed_points_of_a_figure_are_reported(
     assert whole(files(7))  # the picture says what is missing
 
 
+@pytest.mark.stress
 def test_a_failed_figure_does_not_hide_behind_a_later_one(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

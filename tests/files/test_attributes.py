@@ -257,8 +257,8 @@ FILES: dict[str, Callable[[], xr.Dataset]] = {
     "a followed sweep": lambda: run(FOLLOWED),
     **{f"borders of {kind}": lambda kind=kind: borders(kind) for kind in ("regime", "orbit")},
 }
-LESS_TELLING = [name for name in SWEEPS if name != "an axis and cases"]
-TELLING = [name for name in FILES if name not in LESS_TELLING]
+TELLING = ["an axis and cases", "a trajectory", "borders of orbit"]
+LESS_TELLING = [name for name in FILES if name not in TELLING]
 
 
 @checked

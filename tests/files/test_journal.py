@@ -349,7 +349,7 @@ def assert_healed(path: Path, journal: Journal) -> None:
 
 
 # The distance between damaged bytes; `make faults` damages all.
-STRIDES = one_then("faults", [7, 1])
+STRIDES = one_then("faults", [29, 1])
 
 
 @pytest.mark.slow

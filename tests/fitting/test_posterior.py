@@ -85,12 +85,19 @@ def drawn_from(
     return posterior_of(search, fit, known, priors or {}, show)
 
 
-def test_the_walkers_show_how_far_they_are() -> None:
+@pytest.fixture(scope="module")
+def shown() -> list[posterior.Posterior]:
+    """What walkers in a normal distribution show on their way; the last is what they end with."""
     shown: list[posterior.Posterior] = []
     found = drawn_from(Hills(plane), show=shown.append)
+    assert shown[-1] is found
+    return shown
+
+
+def test_the_walkers_show_how_far_they_are(shown: list[posterior.Posterior]) -> None:
+    found = shown[-1]
     steps = [each.steps for each in shown]
     assert steps == list(range(50, found.steps + 1, 50))
-    assert shown[-1] is found
     assert 0.7 * found.steps < found.likely_steps <= found.steps
 
 
@@ -100,8 +107,8 @@ def plane(u: Floats) -> float:
     return float((one**2 - 1.6 * one * two + two**2) / (1.0 - 0.8**2)) + 1e-3
 
 
-def test_a_normal_distribution_is_drawn() -> None:
-    found = drawn_from(Hills(plane))
+def test_a_normal_distribution_is_drawn(shown: list[posterior.Posterior]) -> None:
+    found = shown[-1]
     assert found.settled
     assert found.independent > 4000
     exact = np.array([-1.95996, -0.99446, 0.0, 0.99446, 1.95996])

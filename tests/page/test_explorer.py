@@ -171,6 +171,7 @@ def test_a_long_computation_is_announced_and_passed_over(
     end.set()
 
 
+@pytest.mark.stress
 def test_each_tab_has_its_own_point(view: View, chromium: Any, server: Any):
     with opened_tab(chromium) as tab:
         other = View(tab, server)
@@ -210,6 +211,7 @@ def test_a_click_on_the_map_opens_that_point(map_view: View, result: xr.Dataset)
     map_view.says("The same numbers as in the file, to the last bit.")
 
 
+@pytest.mark.stress
 def test_from_a_point_of_the_file_sliders_go_on(map_view: View, result: xr.Dataset):
     point = point_of(result, temperature=250, spring_stiffness=2000)
     map_view.types("temperature", "225.5")
@@ -232,7 +234,7 @@ _APART = """() => {
 }"""
 
 
-@pytest.mark.parametrize("width", [390, 1160, *marked("stress", [700, 1200, 1400])])
+@pytest.mark.parametrize("width", [390, *marked("stress", [700, 1160, 1200, 1400])])
 def test_it_fits_narrow_screens_and_phones(map_view: View, width: int):
     map_view.page.set_viewport_size({"width": width, "height": 844})
     try:
@@ -281,6 +283,7 @@ def test_after_a_refused_address_the_controls_go_on(view: View, end: str):
     assert not view.page.get_by_text("cannot show the address").first.is_visible()
 
 
+@pytest.mark.stress
 def test_a_page_whose_address_is_refused_opens_as_without_it(chromium: Any, server: Any):
     orbit = stationary_orbit(Parameters())
     for end, why in (("K=-5", "spring_stiffness must be"), ("kept.T=-5", "temperature must be")):
@@ -309,6 +312,7 @@ def test_a_refused_value_does_not_lose_the_one_before_it(
     view.says("temperature must be at least 0, not -5.0. The page shows 200 K.")
 
 
+@pytest.mark.stress
 def test_two_orbits_lie_over_each_other_and_in_the_address(view: View, chromium: Any):
     view.page.locator("#keep").click()
     view.types("temperature", "250")

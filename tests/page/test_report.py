@@ -92,6 +92,7 @@ def test_failed_points_have_an_orbit_and_a_row_of_a_table(page: Path) -> None:
     assert Status.DIVERGED.sentence.split(".", maxsplit=1)[0] in text
 
 
+@pytest.mark.stress
 def test_the_same_result_makes_the_same_page(ds: xr.Dataset, page: Path, tmp_path: Path) -> None:
     write_report(ds, tmp_path / "again.html", name="map <i>.nc", orbits=20)
     assert (tmp_path / "again.html").read_bytes() == page.read_bytes()
@@ -132,6 +133,7 @@ def test_a_trajectory_is_not_the_result_of_a_sweep(ds: xr.Dataset, tmp_path: Pat
         write_report(course, tmp_path / "a.html", name="a.nc")
 
 
+@pytest.mark.stress
 def test_the_accessor_writes_it_too(ds: xr.Dataset, tmp_path: Path) -> None:
     part = ds.isel(temperature=slice(0, 3), spring_stiffness=0)
     assert part.stickslip.report(tmp_path / "a.html").exists()
@@ -144,6 +146,7 @@ def test_masked_points_have_no_result_on_a_page(ds: xr.Dataset, tmp_path: Path) 
     assert "<td>pending</td><td>1</td>" in text
 
 
+@pytest.mark.stress
 def test_a_variable_with_its_axes_in_another_order_is_the_same(
     ds: xr.Dataset, tmp_path: Path
 ) -> None:
@@ -155,7 +158,8 @@ def test_a_variable_with_its_axes_in_another_order_is_the_same(
     assert payloads[0] == payloads[1]
 
 
-@pytest.mark.parametrize("films", one_then("stress", [["soft", "<stiff>"], [1, 2]]))
+@pytest.mark.stress
+@pytest.mark.parametrize("films", [["soft", "<stiff>"], [1, 2]])
 def test_a_stack_of_results_has_a_page(ds: xr.Dataset, tmp_path: Path, films: list[Any]) -> None:
     """No orbit is computed with the settings of another result of the stack."""
     part = ds.isel(temperature=[4, 5], spring_stiffness=4, rheological_index=0)
@@ -247,6 +251,7 @@ def test_a_map_and_its_curves_are_those_of_the_result(
         assert len(along["jumps 0"]["x"]) == line.curves[0].jumps.sum()
 
 
+@pytest.mark.stress
 def test_a_mark_leaves_most_of_a_small_cell_to_its_colour(opened: Any) -> None:
     dot = """() => Bokeh.documents[0].roots()[0].children[0].renderers
         .find((shape) => shape.name === "orbits").glyph"""

@@ -131,6 +131,7 @@ def established(server: PageServer) -> int:
     return sum(c.status == psutil.CONN_ESTABLISHED for c in own)
 
 
+@pytest.mark.faults
 def test_1100_half_sent_requests_leave_room_for_the_owner(patient: PageServer):
     with limited_files(2048), ExitStack() as stack:
         for _ in range(1100):

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import xarray as xr
 from support.browser import Tabs, chromium, tabs
-from support.marks import one_then
+from support.marks import marked, one_then
 
 from sweeps import run
 from sweeps.charts.choice import places_at
@@ -151,6 +151,7 @@ def test_only_what_is_pinned_or_chosen_changes_the_address(opened: Opened) -> No
     assert tab.evaluate("location.hash") == ""
 
 
+@pytest.mark.stress
 def test_values_of_an_address_are_those_of_the_axes_to_a_few_digits(opened: Opened) -> None:
     tab = opened("map", "#temperature=226&spring_stiffness=1.0e3&rheological_index=0&pinned=yes")
     assert [readout(tab, row) for row in (1, 2, 3)] == ["225 K", "1000 N/m", "0"]
@@ -161,6 +162,7 @@ def test_values_of_an_address_are_those_of_the_axes_to_a_few_digits(opened: Open
     assert tab.inner_text("#readout-heading") == "Point"
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize(
     ("address", "variable"),
     [
@@ -206,6 +208,7 @@ def test_the_page_names_the_parts_of_an_address_that_it_does_not_have(
     assert tab.inner_text("#readout-heading") == heading
 
 
+@pytest.mark.stress
 def test_that_line_disappears_with_the_next_change_and_nothing_moves(opened: Opened) -> None:
     tab = opened("map", "#temprature=250")
     before = tab.locator("#picture").bounding_box()["y"]
@@ -220,9 +223,14 @@ def test_that_line_disappears_with_the_next_change_and_nothing_moves(opened: Ope
     "garbage",
     [
         "#view=none&variable=constructor&temperature=warm&spring_stiffness=&pinned=maybe",
-        "#%E0%A4%A&&==&temperature=NaN&spring_stiffness=1e999&scale=log2",
-        "#look",
-        "#%E2%80%A8%0A",
+        *marked(
+            "stress",
+            [
+                "#%E0%A4%A&&==&temperature=NaN&spring_stiffness=1e999&scale=log2",
+                "#look",
+                "#%E2%80%A8%0A",
+            ],
+        ),
     ],
 )
 def test_garbage_in_the_address_changes_nothing(
@@ -295,6 +303,7 @@ def test_keys_leave_no_crosshair_at_the_mouse(opened: Opened) -> None:
     tab.wait_for_function(f"() => ({drawn})().every(Boolean)")
 
 
+@pytest.mark.stress
 def test_a_command_has_as_few_digits_as_its_point_needs(opened: Opened) -> None:
     tab = opened("map", "#T=262.5&K=2828&gamma=-0.667&pinned=yes")
     command = tab.inner_text("#replay").split(" --at ")[1:]
@@ -333,6 +342,7 @@ def test_arrow_keys_go_to_the_next_point_of_a_cloud(opened: Opened) -> None:
         has_address(tab, f"at.case={case}")
 
 
+@pytest.mark.stress
 def test_keys_still_serve_controls_and_readers(opened: Opened) -> None:
     tab = opened("map", "", height=500)
     tab.keyboard.press("ArrowDown")  # nothing is pinned: it scrolls
@@ -371,6 +381,7 @@ def test_everything_is_named_for_screen_readers(as_it_is: Callable[[str], Any], 
     assert tab.locator("main").count() == tab.locator("header h1").count() == 1
 
 
+@pytest.mark.stress
 def test_the_picture_and_sliders_say_what_they_show(opened: Opened) -> None:
     tab = opened("map", "#variable=regime")
     assert tab.get_attribute("#picture", "aria-label") == "map over T and K: regime"
@@ -403,6 +414,7 @@ def test_a_page_fits_a_phone(opened: Opened, name: str) -> None:
             assert control.bounding_box()["height"] >= 24
 
 
+@pytest.mark.stress
 def test_a_tap_pins_and_a_swipe_over_the_map_scrolls(opened: Opened) -> None:
     tab = opened("map", width=390, height=844, has_touch=True, is_mobile=True)
     box = tab.locator("#picture").bounding_box()

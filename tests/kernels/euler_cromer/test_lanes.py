@@ -101,7 +101,7 @@ def test_the_points_have_all_phases_and_meltings() -> None:
     assert np.abs(solid[[STRESS_MAX, STRESS_MIN]]).max() > 1e6
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_stick_slip_period_at_a_fine_step_agrees_with_the_scalar_drive() -> None:
     p = Parameters(angular_frequency=38.0, initial_order_parameter=0.6)
     states, records, _ = period([p], 1e-8)
