@@ -66,6 +66,7 @@ function take(request, answer) {
     return;
   }
   flight = null;
+  announce(); // else the page would go on waiting beside the answer until the next tick
   if (answer.state === "refused") request.instead(answer);
   if (answer.state !== "done") return;
   showAnswer(answer);
