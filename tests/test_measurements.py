@@ -65,8 +65,7 @@ def test_without_errors_they_are_relative() -> None:
 def test_a_point_may_be_measured_again_and_again_without_a_parameter() -> None:
     data = read_data({"F_max": [2.9e-3, 2.8e-3, 3.0e-3]})
     assert data.rows == 3
-    loose = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
-    ds = fit({"F_max": [2.9e-3, 2.8e-3, 3.0e-3]}, "k", loose)
+    ds = fit({"F_max": [2.9e-3, 2.8e-3, 3.0e-3]}, "k")
     np.testing.assert_array_equal(ds.datum_row, [0, 1, 2])
     assert ds.fitted_value.values == pytest.approx(2.9e-3, rel=0.01)
 
