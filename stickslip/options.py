@@ -209,7 +209,8 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "window": Option(
             200,
             Range(20, 1_000_000, whole=True),
-            "drive periods over which an aperiodic orbit is measured, or each realization",
+            "drive periods over which an aperiodic orbit is measured, or each realization, "
+            "which has 32 by default",
         ),
         "realizations": Option(64, Range(1, 1_000_000, whole=True), "paths of a stochastic film"),
         "seed": Option(1, Range(0, 2**64 - 1, whole=True), "seed of the random numbers"),

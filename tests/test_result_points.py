@@ -288,7 +288,7 @@ def test_a_point_masked_by_ok_is_computed_and_compared_with_nothing() -> None:
         ({"T": 250}, "choose one, for example by rheological_index=-0.666667"),
         ({"T": 400, "gamma": 0}, "temperature goes from 200 to 300"),
         ({"temprature": 250}, "did you mean 'temperature'"),
-        ({"T": "warm", "gamma": 0}, "warm is not a number"),
+        ({"T": "warm", "gamma": 0}, "must be a number, not 'warm'"),
         ({"T": 250, "gamma": 0, "omega": 11}, "angular_frequency is 10.0 in all of this file"),
     ],
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,8 @@ import xarray as xr
 
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, canonical_name, canonical_result
 from sweeps.charts.labels import parameters_along, slice_label
-from sweeps.config.numbers import number
+from sweeps.config.numbers import finite
+from sweeps.config.yaml_reader import scalar
 from sweeps.figure_table import AMPLITUDES, FIGURES, Data
 from sweeps.grid import QUANTILE
 from sweeps.human import did_you_mean
@@ -263,11 +263,9 @@ def _nearest(coordinate: xr.DataArray, text: str, whole: str) -> int:
             return known.index(text)
         raise ValueError(f"'{whole}': there are {' and '.join(known)}")
     try:
-        value = number(text) if "/" in text else float(text)
-    except ValueError:
-        raise ValueError(f"'{whole}': {text} is not a number") from None
-    if not math.isfinite(value):
-        raise ValueError(f"'{whole}': must be a finite number")
+        value = finite(scalar(text))  # as in a config
+    except ValueError as problem:
+        raise ValueError(f"'{whole}': {problem}") from None
     low, high = float(values.min()), float(values.max())
     # Nobody means the last point with a value that lies more than the longest step beyond it.
     reach = float(np.diff(np.sort(values)).max(initial=0.0))

@@ -159,16 +159,23 @@ def _priors(given: list[str]) -> dict[str, Any]:
 
 def _ranges(free: str) -> dict[str, Range]:
     """Return the free parameters of an option, with their ranges."""
+    from sweeps.config.numbers import finite
+    from sweeps.config.yaml_reader import scalar
+
     ranges: dict[str, Range] = {}
     for word in free.split(","):
         name, equals, limits = (part.strip() for part in word.partition("="))
         if name in ranges:
             stop_with(f"--free: {name} is given twice", Exit.USAGE)
-        low, _, high = limits.partition(":")
+        if not equals:
+            ranges[name] = None
+            continue
         try:
-            ranges[name] = (float(low), float(high)) if equals else None
-        except ValueError:
-            stop_with(f"--free: a range is {name}=LOW:HIGH, not {word}", Exit.USAGE)
+            low, high = (finite(scalar(end.strip())) for end in limits.split(":"))
+        except ValueError as problem:
+            what = str(problem) if limits.count(":") == 1 else f"a range is {name}=LOW:HIGH"
+            stop_with(f"--free {word}: {what}", Exit.USAGE)
+        ranges[name] = low, high
     return ranges
 
 

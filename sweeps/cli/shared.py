@@ -192,6 +192,8 @@ def execution_changes(
     from sweeps.config.overrides import Option
     from sweeps.human import shortened
 
+    if scheduler is not None and workers is not None:
+        stop_with("--workers: a scheduler has workers of its own; leave one out", Exit.USAGE)
     backend = backend or (None if scheduler is None else "dask")
     given = {"workers": workers, "backend": backend, "scheduler": scheduler}
     changes: list[str] = [

@@ -295,6 +295,10 @@ class Simulation(Section):
         if self.drive is None:
             if self.duration is not None:
                 raise ValueError("`duration` belongs to a `drive`; give one, or give `periods`")
+            if self.samples != PULL_SAMPLES:
+                raise ValueError(
+                    "`samples` belongs to a `drive`; give one, or give `samples_per_period`"
+                )
             return self
         if self.schedule:
             raise ValueError("`schedule` belongs to the periodic drive; leave it or `drive` out")

@@ -144,7 +144,7 @@ class _Reader:
         self._refuse_decoration(event, *path)
         if isinstance(event, events.ScalarEvent):
             # A quoted or folded scalar is a text.
-            return _scalar(event.value) if event.style is None else event.value
+            return scalar(event.value) if event.style is None else event.value
         if isinstance(event, events.MappingStartEvent):
             return self._mapping(*path)
         return [self._item(item, *path, i) for i, item in enumerate(self._inner(*path))]
@@ -202,7 +202,7 @@ def _refusal(problem: str, event: events.Event) -> MarkedYAMLError:
     return MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
 
 
-def _scalar(text: str) -> object:
+def scalar(text: str) -> object:
     """Return the value of an unquoted scalar in the core schema of YAML 1.2."""
     if text in _WORDS:
         return _WORDS[text]

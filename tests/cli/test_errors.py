@@ -65,6 +65,11 @@ REFUSALS = [
     ),
     ("check a.yaml --set noise.seed=3", 2, "belongs to `treatment: stochastic`"),
     ("check a.yaml --set noise.treatment=none", 2, "could never solidify"),
+    (
+        "sweep a.yaml --scheduler tcp://10.0.0.1:8786 --workers 4",
+        2,
+        "--workers: a scheduler has workers of its own; leave one out",
+    ),
     *(
         (f"sweep a.yaml --scheduler {address}", 2, "must be an address such as tcp://")
         for address in (

@@ -100,7 +100,9 @@ def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("d.csv --free k=1", "a range is k=LOW:HIGH, not k=1"),
+        ("d.csv --free k=1", "--free k=1: a range is k=LOW:HIGH"),
+        ("d.csv --free k=1:2:3", "--free k=1:2:3: a range is k=LOW:HIGH"),
+        ("d.csv --free k=1_0:2e5", "must be a number, not '1_0'; write it without underscores"),
         ("d.csv --free k,k", "k is given twice"),
         ("d.csv --free T", "a column of the data"),
         ("d.csv --free k -o d.csv", "ends in .nc"),

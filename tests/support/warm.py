@@ -2,9 +2,10 @@
 
 Two processes take about the same time. They begin no further ones, because a process that has
 compiled one kernel needs a quarter of the time for a similar one. One compiles the adaptive method
-for the paper's fluids, for a general power and for stochastic films. The other begins with an
-elastic strain that relaxes, which shares no large kernel with them, and leaves Euler-Cromer to the
-end, since it finds its stationary orbits by the adaptive kernels of the first.
+for the paper's fluids, for a general power, and for films with all terms of energy and drive. The
+other begins with an elastic strain that relaxes, which shares no large kernel with them, goes on to
+stochastic films, and leaves Euler-Cromer to the end, since it finds its stationary orbits by the
+adaptive kernels of the first.
 """
 
 from __future__ import annotations
@@ -21,13 +22,15 @@ from stickslip import Parameters, simulate, stationary_orbits
 stationary_orbits({"T": 300.0, "gamma": [-2 / 3]}, rtol=1e-4)
 stationary_orbits({"T": 300.0, "gamma": [0.0, -0.55, 2 / 3]}, rtol=1e-4)
 simulate(Parameters(), periods=1)
-film = {"T": 300.0, "gamma": [-2 / 3, 0.0]}
-stationary_orbits(film, noise="stochastic", realizations=2, window=20, rtol=1e-4)
+film = {"T": 300.0, "gamma": 0.4, "d": 300.0, "e": 500.0, "a_3": 0.1}
+stationary_orbits(film, rtol=1e-4)
 """
 _OTHERS = """
 from stickslip import Parameters, simulate, stationary_orbits
 stationary_orbits({"T": 300.0}, strain="relaxing", rtol=1e-4)
 simulate(Parameters(), periods=1, noise="stochastic")
+film = {"T": 300.0, "gamma": [-2 / 3, 0.0]}
+stationary_orbits(film, noise="stochastic", realizations=2, window=20, rtol=1e-4)
 stationary_orbits(
     {"T": 300.0, "gamma": [-2 / 3, 0.0, -0.55]}, method="euler-cromer", dt=2e-5, max_periods=3
 )
