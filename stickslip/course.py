@@ -91,7 +91,7 @@ def _refuse_disorder(time: NDArray[np.float64]) -> None:
 
 
 def _is_number(pull: Any) -> TypeGuard[float]:
-    """Return whether a pull is a number, perhaps one of NumPy or an array without dimensions."""
+    """Return whether a pull is a number, of Python or NumPy, or an array without dimensions."""
     if getattr(pull, "ndim", None) == 0:
         return str(pull.dtype.kind) in "iuf"
     return isinstance(pull, (int, float)) and not isinstance(pull, bool)

@@ -16,7 +16,7 @@ _FLAGS = {"status": Status, "regime": Regime}
 
 
 def result_values(name: str, column: NDArray[np.float64]) -> NDArray[np.generic]:
-    """Return a column (n,) of result rows in its type in files, with missing values for NaN."""
+    """Return a column (n,) of result rows in its file type, with missing values for NaN."""
     variable = RESULTS[name]
     real = np.isnan(variable.missing)
     return (column if real else np.nan_to_num(column, nan=variable.missing)).astype(variable.dtype)

@@ -40,7 +40,7 @@ _TOLERANCE = 1e-8  # default of rtol
 _STEP = 1e-3  # the larger of two steps, relative to the parameter or in its natural unit
 _PARTS = (-1.0, -0.5, 0.5, 1.0)
 
-# Amplitudes that are not small are smooth to this part of the tolerance: measured.
+# As measured, amplitudes that are not small are smooth to this part of the tolerance.
 _ROUGHNESS = 0.01
 
 # If one of these changes within the step, so does the kind of motion.
@@ -59,7 +59,7 @@ def sensitivities(
     rtol: float = _TOLERANCE,
     **options: Any,
 ) -> xr.Dataset:
-    """Return the orbits of points, and the derivatives of their amplitudes by parameters.
+    """Return the orbits of points, with derivatives of their amplitudes with respect to parameters.
 
     The logarithm of an amplitude is differentiated with respect to the logarithm of a parameter, or
     to the parameter itself where that may be 0 or negative (rheological index, start, coefficients
@@ -156,7 +156,7 @@ def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
     TypeError
         A parameter is unknown, or given twice.
     ValueError
-        `ds` lacks the derivative by a parameter.
+        `ds` lacks the derivative with respect to a parameter.
     """
     by_name = full_names(errors)
     if PARAMETER not in ds.coords or (missing := by_name.keys() - set(ds[PARAMETER].values)):
@@ -180,7 +180,7 @@ def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
 
 
 class _Step(NamedTuple):
-    """Points (n, parameters) with one parameter changed, and its change (n,), perhaps in its log.
+    """Points (n, parameters) with one parameter changed, and the change (n,) of it or of its log.
 
     A point stays where it is if the new value would be invalid.
     """

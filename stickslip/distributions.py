@@ -69,7 +69,7 @@ class Normal(NamedTuple):
 
     @property
     def outside(self) -> float:
-        """The probability of values below `low` or above `high`, which is cut off."""
+        """The probability of values below `low` or above `high`, which are cut off."""
         below, above = self._ends()
         return below + (1.0 - above)
 

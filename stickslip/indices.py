@@ -156,7 +156,7 @@ def indices_of(
 
     shape = (len(design.box) + 2, -1)
     outputs = np.stack([rows[:, RESULT_COLUMNS.index(r)].reshape(shape) for r in results])
-    # Counts of a point without a result are finite: -1, or the periods in vain.
+    # Counts of a point without a result are finite: -1, or the periods computed in vain.
     computed = np.isin(rows[:, _STATUS], _WITH_RESULT).reshape(shape)
     used = np.asarray((np.isfinite(outputs) & computed).all(axis=(0, 1)))
     lost = int((~used).sum())

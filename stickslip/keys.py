@@ -55,7 +55,7 @@ def keys_of_points(points: NDArray[np.float64], secret: Keys) -> Keys:
 def keys_of_lines(lines: NDArray[np.float64], secret: Keys) -> Keys:
     """Return the keys (lines, n, 2) of points (lines, n, parameters) along followed lines."""
     keys = np.empty((*lines.shape[:2], 2), dtype=np.uint64)
-    # -0.0 is the same parameter as 0.0.
+    # -0.0 is the same value as 0.0.
     _fill_keys(_bits(lines + 0.0), _PAPER, _OTHERS, _NUMBERS, _DEFAULTS, secret, keys)
     return keys
 

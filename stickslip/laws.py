@@ -180,7 +180,7 @@ def _refuse_exposed(path: Path, called: str, *, inside: bool) -> None:
         status = path.stat()
     except OSError as error:
         raise LawError(f"{called} is damaged ({error}); install it again") from error
-    # The owners of this code can run any code as it is: root, this user, or who installed it.
+    # Root, this user, and whoever installed this package can run any code anyway.
     if status.st_uid not in (0, os.geteuid(), Path(__file__).stat().st_uid):
         raise LawError(f"{called} could be changed by others: {path} belongs to another user")
     # In a folder with a sticky bit, such as /tmp, only the owner of an entry can replace it.

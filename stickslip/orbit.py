@@ -42,8 +42,8 @@ _PHI_0 = Parameters._fields.index("initial_order_parameter")
 class Orbit(OrbitValues):
     """The observables of one stationary orbit, in SI units.
 
-    `variables.RESULTS` describes them. Unless the status is a result, the amplitudes are NaN and
-    the counts -1. `state` is (x, v, ln phi), followed by the strain if that relaxes, at the start
+    `variables.RESULTS` describes them. Without a result, the amplitudes are NaN and the counts
+    -1. `state` is (x, v, ln phi), followed by the strain if that relaxes, at the start
     of a drive period on the orbit, or where the search ended. Orbits are equal if all their values
     are; here NaN equals NaN.
 
@@ -58,7 +58,7 @@ class Orbit(OrbitValues):
         return isinstance(other, Orbit) and _comparable(self) == _comparable(other)
 
     def __ne__(self, other: object) -> bool:
-        return not self == other  # a tuple's own would find that NaN differs from NaN
+        return not self == other  # a tuple's own method treats NaN and NaN as different
 
     def __hash__(self) -> int:
         return hash(_comparable(self))
@@ -158,7 +158,7 @@ def compute_orbits(
         a limit, points that need finer tolerances become `pending` as well. Such points are
         computed faster together, with the same results.
     limit
-        Drive periods after which the adaptive method gives a point up as `pending`, at each
+        Drive periods after which the adaptive method gives up a point as `pending`, at each
         tolerance; 0 for no limit.
 
     Returns
@@ -254,7 +254,7 @@ def _replace_by_better(
     new_results: np.ndarray,
     new_finals: np.ndarray,
 ) -> None:
-    """Copy the new rows (m, columns) that are results into `rows` (m,) of the old ones."""
+    """Copy new rows (m, columns) with a result over `rows` (m,) of the old ones; add up periods."""
     before = results[rows, _PERIODS]
     found = np.isin(new_results[:, STATUS], (Status.OK, Status.APERIODIC))
     results[rows[found]], finals[rows[found]] = new_results[found], new_finals[found]

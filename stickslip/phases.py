@@ -22,7 +22,7 @@ PAPER_STRAIN = 2.1e-6
 
 _BEYOND = 1.15  # the largest order parameter of the diagram, relative to that of the solid
 _RAMP = 1.05  # the largest strain of the slow ramp, relative to the melting strain
-_FINER = 8  # the ramp has this many times the samples, because its jumps are steep
+_FINER = 8  # the ramp has this many times as many samples, because its jumps are steep
 
 _ROUNDING = 1e-12
 

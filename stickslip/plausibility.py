@@ -1,6 +1,7 @@
 """Checks of finished results: impossible rows, and suspicious ones that deserve a closer look.
 
-An orbit that breaks a law has the status `invariant_violated`; `stability.py` checks in advance.
+An orbit that violates an invariant has the status `invariant_violated`; `stability.py` checks in
+advance.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ balance error beyond 1e-2 makes it a failure. If the force is a few percent of t
 balance is a small difference of large numbers, although the amplitudes are right."""
 
 SUSPICIOUS_STRESS = 1.1
-"""A stress relative to its static maximum, which only slow kinetics can reach."""
+"""A stress, relative to its static maximum, that only slow kinetics can reach."""
 
 # Below this fraction of the full spring force, over A, a stress is too small for a comparison.
 _SMALL = 0.01
@@ -117,7 +118,7 @@ def suspicious_balance(results: NDArray[np.float64]) -> NDArray[np.bool_]:
 def suspicious_stress(
     points: NDArray[np.float64], results: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Return which points (n, parameters) exceed the static stress by 10 % in their results."""
+    """Return which points (n, parameters) have results over 10 % above the static stress."""
     p = ParameterValues(*points.T)
     stress = np.maximum(np.abs(results[:, _MAX]), np.abs(results[:, _MIN]))
     displacement = np.abs(drive.tone_amplitudes(points)[1]).sum(axis=1)

@@ -135,7 +135,7 @@ def rows_of(places: xr.Dataset) -> NDArray[np.float64]:
     Raises ParameterError if coefficients of the free energy do not bound the order parameter.
     """
     names = Parameters._fields
-    # Of variables, not arrays: coordinates of one dataset need no aligning, which takes most time.
+    # Variables, not DataArrays: coordinates of one dataset need no alignment, the slowest part.
     columns = (places.variables[name].set_dims(places.sizes) for name in names)
     rows = np.stack([column.values.ravel() for column in columns], axis=1)
     for coefficients in np.unique(rows[:, _ENERGY], axis=0):

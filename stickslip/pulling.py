@@ -1,7 +1,7 @@
 """Pulling the upper block, at a constant velocity or one that is linear between given times.
 
-The velocity jumps where a time occurs twice. Such a motion is not periodic: a run has a duration,
-and shows slips, which a machine records as a spring force that rises and falls, or a steady force.
+The velocity jumps where a time occurs twice. A pull is not periodic: a run has a duration, and
+shows a steady force, or slips, which a machine records as a spring force that rises and falls.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MELTING = "melting"
 
 _MOST_MELTINGS = 100_000
 # The summary uses the cycles in the last half of the time for which the last velocity is held,
-# because the motion starts anywhere.
+# because a motion may start anywhere.
 _SETTLED = 0.5
 # The last part of a run, in which the change of a steady force is measured.
 _LATE = 0.1
@@ -52,7 +52,7 @@ def pulled(
     equidistant times. The slips are on the dimension `melting`; the attributes, `motion` first,
     summarise the motion that the run settles on.
 
-    Raises PullError if the duration is missing or not a positive number.
+    Raises PullError for a missing or invalid duration, and for too many meltings.
     """
     end = _duration(course, duration)
     sections, ends, jumps = _sections(parameters, course, end)
@@ -86,7 +86,7 @@ def _sections(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
     """Return the sections (m, columns) of a pull, their ends (m,), and which begin with a jump.
 
-    The columns are in the order of `drive.PulledParameters`; a jump is one of the velocity.
+    The columns are in the order of `drive.PulledParameters`; only the velocity jumps.
     """
     inner = (course.time > 0.0) & (course.time < end)
     begins = np.concatenate([[0.0], np.unique(course.time[inner])])

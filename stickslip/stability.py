@@ -20,5 +20,5 @@ ACCURATE_PART = 0.25
 
 
 def step_as_text(step: float) -> str:
-    """Return the largest step in two digits, rounded down so that a user can type it."""
+    """Return the largest step to two digits, rounded down so that a user can type it."""
     return f"{Context(prec=2, rounding=ROUND_FLOOR).create_decimal_from_float(step):g}"

@@ -52,7 +52,7 @@ _PHI_0 = Parameters._fields.index("initial_order_parameter")
 # This far below the level of the noise, in ln phi, noise alone moves the film.
 _FAR_BELOW = 10.0
 
-# Below its exponential a number has fewer digits, down to none.
+# The logarithm of the smallest number with all its digits; smaller ones have fewer, down to none.
 _LEAST = math.log(np.finfo(float).tiny)
 
 # The first columns of the samples.
@@ -134,7 +134,7 @@ def simulate(
         'stationary', no stationary orbit was reached.
     NoiseError
         phi_0 = 0 without noise in the first section, unless `start` is a state; or the adaptive
-        method comes to phi = 0 at the end of a section that is not the last.
+        method reaches phi = 0 at the end of a section that is not the last.
     ParameterError, TypeError
         A scheduled value is out of range, a scheduled name is not a parameter, or `parameters` or
         `schedule` has the wrong type.
@@ -337,7 +337,7 @@ def _lifted(state: np.ndarray, point: np.ndarray, options: Options) -> np.ndarra
     """Return a state whose phi, if far below the noise level, is raised to just below it.
 
     Noise lifts it there at once, in less than 1e-8 of the time it takes to reach the level, and the
-    rate of ln phi on this way, D_eff/phi^2, would be beyond all steps.
+    rate of ln phi on the way, D_eff/phi^2, would be too high for any step.
     """
     if options.method != "adaptive" or options.physics.chance or point[_NOISE] == 0.0:
         return state
@@ -350,8 +350,8 @@ def _lifted(state: np.ndarray, point: np.ndarray, options: Options) -> np.ndarra
 def _refuse_lost(state: np.ndarray, before: int) -> None:
     """Raise NoiseError if a section after `before` others cannot continue in the logarithm of phi.
 
-    The kernels return phi, which underflows where its logarithm still falls. How far it fell
-    decides when the film solidifies again, so no value in its place is right.
+    The kernels return phi, which underflows while its logarithm still falls. How far it fell
+    decides when the film solidifies again, so no substitute value is right.
     """
     if before and state[FILM] < _LEAST:
         raise NoiseError(

@@ -62,8 +62,8 @@ class ParameterVariable(Variable):
     power of the order parameter, with the sign `phi_sign`, +1 or -1. `model/film.py` derives its
     terms in the energy and the force, and the phases, from that. `directed` marks a parameter whose
     sign is a direction of motion and changes in the mirror image. Changes of a parameter are
-    relative to its value, or else to the product of the parameters in `measured_in`, which is 1 if
-    that is empty.
+    relative to its value or, unless `measured_in` is None, to the product of the parameters in it
+    (1 if it is empty).
     """
 
     default: float = math.nan
@@ -417,7 +417,8 @@ ENERGY_COEFFICIENTS: tuple[str, ...] = tuple(
 def unbounded(*coefficients: float) -> str | None:
     """Return why the order parameter can grow without bound at these coefficients, or None.
 
-    They are in the order of `ENERGY_COEFFICIENTS`. The highest that is not 0 must have a plus sign.
+    They are in the order of `ENERGY_COEFFICIENTS`. The term of the highest nonzero one must be
+    positive.
     """
     named = zip(ENERGY_COEFFICIENTS, coefficients, strict=True)
     *_, (name, value) = (ENERGY_COEFFICIENTS[0], 0.0), *((n, v) for n, v in named if v != 0)
@@ -447,7 +448,7 @@ GREEK = {
 }
 """Greek letters, by their names in symbols."""
 
-# Symbols may also be spelled as pictures and pages print them. U+03D5 is another phi.
+# Symbols may also be spelled as figures and pages print them. U+03D5 is another phi.
 _LETTERS = str.maketrans(
     {greek: name for name, greek in GREEK.items()}
     | {"\u03d5": "phi"}

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class StickslipAccessor:
     """Methods for the result of a sweep or a part of it; `plot` also works on a trajectory.
 
-    `ds.stickslip` returns it. Write `StickslipAccessor(ds)` if your editor should know the methods.
+    `ds.stickslip` returns it. Write `StickslipAccessor(ds)` to let your editor know the methods.
 
     >>> ds = run({"sweep": {"T": [200, 250]}})
     >>> StickslipAccessor(ds).at(T=251).orbit().regime.name
@@ -81,8 +81,8 @@ class StickslipAccessor:
     def quantiles(self, levels: Sequence[float] | None = None) -> xr.Dataset:
         """Return quantiles of the measured variables over the cases of a sample, along `quantile`.
 
-        Only cases with a result count; their number is in `cases_with_result`. The default levels
-        give the median and the intervals that hold 68 % and 95 % of the cases. A plot of the
+        Only cases that have a result count; their number is in `cases_with_result`. The default
+        levels give the median and the intervals that hold 68 % and 95 % of the cases. A plot of the
         returned Dataset has bands. Raises ValueError for a result without cases, and for an empty
         selection.
 
@@ -185,7 +185,7 @@ class StickslipAccessor:
         return self.plot(variable, x=x, y=y, at=at)
 
     def _dim(self, name: str) -> str:
-        """Return the dimension of an axis; an unknown name is refused when it is drawn."""
+        """Return the dimension of an axis; an unknown name is refused when the picture is drawn."""
         from sweeps.charts.choice import axis_named
 
         try:
@@ -209,7 +209,7 @@ class StickslipAccessor:
         ----------
         accuracy
             Width of the last bracket, as a fraction of the length of the axis. On an axis whose
-            values have a common ratio, the length is a logarithm. Some brackets stay wider.
+            values have a common ratio, the length is logarithmic. Some brackets stay wider.
         kind
             What must change at a border: the 'regime', or for 'orbit' also `melting_count` or
             `orbit_periods`, which mean nothing for aperiodic motions.
@@ -255,7 +255,7 @@ class StickslipAccessor:
         viscosity_coefficient: ... Pa s^(gamma+1), 95 %: ...
         ...
 
-        Raises FitError if the Dataset is no fit or the package uncertainties is missing.
+        Raises FitError if the Dataset is not a fit or the package uncertainties is missing.
         """
         from sweeps.fitting.fitting import summary_of
 

@@ -103,7 +103,7 @@ METHODS: Mapping[str, str] = {
 }
 """The source of each method; docs/numerics.md describes its use."""
 
-# A line of a config as files hold it, whose texts are quoted, or as people write it.
+# A line of a config as in files, where texts are quoted, or as people write it.
 _STOCHASTIC = re.compile(r"""^ +treatment: ["']?stochastic["']?$""", re.MULTILINE)
 
 

@@ -102,7 +102,7 @@ class PointKeys:
     def _sorted(self) -> tuple[NDArray[np.uint64], np.uint64]:
         """A word for each point, in the order of the keys, and a mask.
 
-        The bits of a word under the mask are the number of the point, the others come from its key.
+        The bits of a word under the mask are the number of the point; the others come from its key.
         The words can therefore be sorted in place.
         """
         size = self._grid.size
@@ -134,7 +134,7 @@ def _defaults() -> Settings:
 
 
 def near_duplicates(old: Grid, new: Grid) -> list[str]:
-    """Return pairs of old and new values that differ only by rounding but make other points."""
+    """Return pairs of old and new values that differ only by rounding but make different points."""
     pairs = []
     for name in (*new.fixed, *new.coords):
         if (name not in old.fixed and name not in old.coords) or name not in PARAMETERS:

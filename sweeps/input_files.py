@@ -146,7 +146,7 @@ def table_of(path: Path) -> Cells:
 
 
 def number_in(cell: Any, *, may_be_empty: bool = False) -> float:
-    """Return the number in a cell, NaN if it is empty and may be; raises ValueError."""
+    """Return the number in a cell, NaN if it is empty where that is allowed; raises ValueError."""
     if cell == "":
         if may_be_empty:
             return math.nan

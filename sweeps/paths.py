@@ -1,4 +1,4 @@
-"""Paths as people write them: with `~`, with `$SCRATCH`, or of another system."""
+"""Paths as people write them: with `~`, with `$SCRATCH`, or from another system."""
 
 from __future__ import annotations
 

@@ -128,7 +128,7 @@ class Point:
         return ""
 
     def differences(self) -> dict[str, tuple[float, float]]:
-        """Return (stored, computed) of the result variables whose computed value is another one.
+        """Return (stored, computed) of the result variables whose computed value differs.
 
         The result is empty for an interpolated point, which has nothing to compare.
         """
@@ -161,7 +161,7 @@ class Point:
             "periods": periods_of(orbit) if periods is None else periods,
             "start": start,
             "samples_per_period": samples_per_period,
-            "schedule": None,  # of a run under other parameters, which no sweep follows
+            "schedule": None,  # of a run whose parameters change, which no sweep computes
         }
         simulation = self.config.simulation.model_copy(update=shown)
         noise = self.config.noise
@@ -274,8 +274,8 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
     Raises
     ------
     PointError
-        The dataset is not the result of a sweep; an axis is unknown, or has no value yet; a value
-        is far off its axis.
+        The dataset is not the result of a sweep; an axis is unknown, or several of
+        its points remain; a value is far off its axis.
     """
     if "config" not in ds.attrs or "status" not in ds.variables:
         raise PointError("this is no result of a sweep: it lacks a config, or a status")
@@ -328,7 +328,7 @@ def curve_or_map(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _point(chosen: xr.Dataset) -> Point:
-    """Return the point of a Dataset that has no other."""
+    """Return the only point of a Dataset."""
     try:
         written = config_without_axes(str(chosen.attrs["config"]))
         values = {name: chosen[name].item() for name in PARAMETERS if name in chosen.variables}
@@ -347,8 +347,8 @@ def _point(chosen: xr.Dataset) -> Point:
 def config_of(ds: xr.Dataset, values: Mapping[str, float]) -> Config:
     """Return the config of a point of a result alone; `values` are the parameters in the Dataset.
 
-    Fixed parameters that were dropped from the Dataset are those of its config. Raises PointError
-    if one that varied was dropped, ConfigError.
+    Fixed parameters that were dropped from the Dataset are those of its config. Raises ConfigError,
+    and PointError if a parameter that varied was dropped.
     """
     text = str(ds.attrs["config"])
     if lost := [name for name in varied_in(text) if name not in values]:

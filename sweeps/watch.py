@@ -55,7 +55,7 @@ _reader: subprocess.Popen[str] | None = None
 
 
 def require_readable(path: Path) -> None:
-    """Raise StorageError if reading a NetCDF file hangs or crashes, or if it is no regular file.
+    """Raise StorageError if reading a NetCDF file hangs or crashes, or if it is not a regular file.
 
     A missing file passes, and so does a file that cannot be read because of an error: whoever opens
     it next gets the error.
@@ -68,7 +68,7 @@ def require_readable(path: Path) -> None:
     with _lock:
         try:
             ended = _read(path.absolute(), limit)
-        except BaseException:  # such as Ctrl-C: the answer to come would count for the next file
+        except BaseException:  # such as Ctrl-C: the late answer would count for the next file
             stop()
             raise
     if ended == signal.SIGALRM:

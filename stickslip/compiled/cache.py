@@ -1,4 +1,4 @@
-"""The cache of compiled code, a folder for each hash of all sources, and files with checksums.
+"""The cache of compiled code: a folder for each hash of all sources, and files with checksums.
 
 The classes here extend private parts of Numba. If a new version of Numba changes those,
 tests/compiled/test_cache.py fails; therefore pyproject.toml sets an upper bound on the version.
@@ -34,7 +34,7 @@ class SteadyCache(FunctionCache):
     def __init__(self, function: Callable[..., Any]) -> None:
         try:
             super().__init__(function)
-        except RuntimeError:  # Numba names the function, of which there are many
+        except RuntimeError:  # Numba's message names one function of many
             raise RuntimeError("no folder that can be written; set NUMBA_CACHE_DIR") from None
         impl = self._impl
         stamp = impl.locator.get_source_stamp()
@@ -80,7 +80,7 @@ def is_kept(kernel: Any) -> bool:
 
 
 class _CheckedFile(IndexDataCacheFile):
-    """Numba's data file with a checksum, as code that lacks a page would crash the process."""
+    """Numba's data file with a checksum, as code with a missing page would crash the process."""
 
     def _save_data(self, name: str, data: Any) -> None:
         pickled = self._dump(data)
@@ -97,7 +97,7 @@ class _CheckedFile(IndexDataCacheFile):
 class OneFolder(UserProvidedCacheLocator):
     """Keeps all code in one folder, wherever the sources are.
 
-    Numba's own locator would make a folder for each location. The kernels differ by name.
+    Numba's own locator would make a folder for each location. The kernels have unique names.
     """
 
     @classmethod
@@ -146,7 +146,7 @@ def usable_cache_folder() -> Path:
 
 
 def _refuse_planted(folder: Path) -> None:
-    """Raise RuntimeError if another user could have put code into the folder, which we would run.
+    """Raise RuntimeError if another user could have put code that we would run into the folder.
 
     A folder that does not exist, or cannot be inspected, is accepted: no code comes from it.
     """

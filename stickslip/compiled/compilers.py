@@ -22,9 +22,9 @@ class _SealedLibrary(JITCodeLibrary):
     """Machine code of which other code sees only the entry point.
 
     The functions inside become private before they are optimised. Internal linkage would not be
-    enough. The loader takes the first copy that it sees of a function for all weak functions of
-    that name, even internal ones. Optimisation changes their calling conventions, so that a caller
-    of the wrong copy crashes.
+    enough. For all weak functions of a name, even internal ones, the loader takes the first copy
+    that it sees. Optimisation changes their calling conventions, so that a caller of the wrong copy
+    crashes.
     """
 
     def _optimize_final_module(self) -> None:
@@ -38,7 +38,7 @@ class SealedCompiler(Compiler):
     """Compiles a kernel and everything that it calls into private code.
 
     Numba keeps the functions that a kernel calls as weak symbols, of which a process uses the copy
-    that it loaded first. After a compilation this is the copy compiled separately, after loading
+    that it loaded first. After a compilation this is the copy compiled separately; after loading
     from the cache it comes from one of the kernels. The copies were optimised in different contexts
     and differ in the last bits, so a first run gave different numbers from all later ones.
     """
@@ -49,7 +49,7 @@ class SealedCompiler(Compiler):
         super().__init__(typing_context, target, library, *others)
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
-        """Compile without garbage collection, which would take a tenth of the time for little."""
+        """Compile without garbage collection, which takes a tenth of the time and frees little."""
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -113,7 +113,7 @@ class Part(CPUDispatcher):
     def add_overload(self, result: Any) -> None:
         """Register the compiled code with its callers.
 
-        Numba identifies a function by its entry point. A part has none, and any unique object will
+        Numba identifies a function by its entry point. A part has none, but any unique object will
         do.
         """
         key = object()

@@ -1,11 +1,11 @@
 """The decorators for compiled code, and the reason for every flag.
 
-With `error_model="numpy"` a division by zero gives inf, which the drives detect, instead of an
+With `error_model="numpy"` a division by zero gives inf, which the integrators detect, not an
 exception, which neither a loop over lanes nor a GPU thread could raise. `nogil` lets blocks of
 points run on threads. `fastmath=True` is never used, because it lets NaN pass `err <= 1`
 (docs/decisions/compiled-code.md). With `_nrt=False` Numba does not count references to arrays.
 Compiled code works in arrays that its caller holds, and the atomic operation of each count makes a
-step in lanes a fifth longer. Functions that make arrays need separate decorators and do
+step in lanes take a fifth longer. Functions that make arrays need separate decorators and do
 not compile with the others.
 """
 
@@ -45,7 +45,7 @@ def jit(function: Callable[..., Any]) -> Any:
 
 
 def jit_making_arrays(function: Callable[..., Any]) -> Any:
-    """Do as `jit` for a function that makes arrays, or calls one that returns them."""
+    """Declare, as `jit` does, a function that makes arrays, or calls one that returns them."""
     return Part(function, targetoptions={**_FLAGS, "_nrt": True})
 
 
@@ -64,7 +64,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def kernel_making_arrays(function: Callable[..., Any]) -> Any:
-    """Do as `kernel` for a function that makes arrays."""
+    """Declare, as `kernel` does, a function that makes arrays."""
     return named_kernel(_full_name(function), function, makes_arrays=True)
 
 

@@ -160,8 +160,8 @@ class _Tasks:
     def finished(self, block: Block) -> Block:
         """Take note of a block that has come back, and return it without the late points.
 
-        A task that came back wrong begins once more, with any worker. Raises ExecutorError if it is
-        wrong again, or if the block belongs to no task.
+        A task whose block is wrong is computed once more, by any worker. Raises ExecutorError if it
+        comes back wrong again, or if the block belongs to no task.
         """
         with self._lock:
             task = self._in_flight.end(block)
@@ -181,9 +181,9 @@ class _Tasks:
 
 
 def _require_workers(nothing: Task, workers: Workers, stop: Stop) -> None:
-    """Raise ExecutorError if workers do not even survive a task without points.
+    """Raise ExecutorError if workers do not survive even a task without points.
 
-    In that case the workers cannot begin at all, and no point is to blame.
+    In that case the workers cannot start at all, and no point is to blame.
     """
     try:
         for _ in workers.blocks(iter([nothing]), stop):
@@ -196,7 +196,7 @@ def _require_workers(nothing: Task, workers: Workers, stop: Stop) -> None:
 
 
 def _suspect(task: Task, workers: Workers, stop: Stop, in_flight: InFlight) -> Iterator[Block]:
-    """Compute a task that may have killed its worker, and no other at the same time."""
+    """Compute a task that may have killed its worker, with no other task in flight."""
     deaths, reason = 0, ""
     while deaths < _DEATHS_OF_A_POINT:
         if stop.requested:

@@ -19,8 +19,8 @@ from stickslip.dispatch.workers import Tasks, Workers, first_line
 def own_workers(jobs: int | None = None) -> Workers:
     """Return the workers that `joblib.parallel_config` names, or threads of this process.
 
-    `jobs` count like joblib's `n_jobs`. By default `parallel_config` sets their number, or there is
-    one for each core.
+    `jobs` has the meaning of joblib's `n_jobs`. By default `parallel_config` sets it, or there is
+    one worker for each core.
     """
     jobs = jobs or named_jobs() or -1
     if named := named_workers(jobs):
@@ -45,7 +45,7 @@ def named_workers(jobs: int) -> Workers | None:
 class JoblibWorkers(Workers):
     """Compute tasks on the backend that `joblib.parallel_config` names, whichever it is.
 
-    joblib hands out the next tasks before we take the block that has come. That does no harm to
+    joblib hands out the next tasks before we take a block that has arrived. That does no harm to
     results in memory, but a kill would cost a journal more than the blocks in flight.
     """
 

@@ -102,7 +102,7 @@ class Costs:
 
     The cost of a point is a ratio of totals, which gives large and small, cheap and expensive
     blocks their proper weight. Blocks in flight do not enter: a rate over the time since the start
-    would count them as idle time. Nor does the number of workers.
+    would count them as idle time. The number of workers does not enter either.
     """
 
     def __init__(self) -> None:
@@ -133,7 +133,7 @@ class Costs:
 
 
 def pilot_points(left: int) -> int:
-    """Return the size of a pilot's block: as costly as others, yet few of the `left` points."""
+    """Return the size of a pilot block: as costly as other blocks, yet few of the `left` points."""
     return min(max(left // 64, _FIRST_BLOCK), 2048)
 
 

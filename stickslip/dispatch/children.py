@@ -20,7 +20,7 @@ _environment = threading.RLock()
 
 @contextlib.contextmanager
 def children_started() -> Iterator[None]:
-    """Let processes start that ignore the terminal and do not import from the current folder.
+    """Make new processes ignore the terminal and import nothing from the current folder.
 
     A terminal sends Ctrl-C and a hangup to all processes of its foreground group, but the main
     process alone decides what ends. We block the signals (pthread_sigmask) before the fork, because
@@ -44,7 +44,7 @@ def children_started() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _safe_path() -> Iterator[None]:
-    """Set the variable only meanwhile: a process that a user's script starts keeps its path."""
+    """Set the variable only for now: a process that a user's script starts keeps its path."""
     with _environment:
         before = os.environ.get(_SAFE_PATH)
         os.environ[_SAFE_PATH] = "1"
@@ -61,7 +61,7 @@ def process_pool(workers: int) -> Any:
     """Return a pool of processes that end with this one, for use within `children_started`."""
     from joblib.externals.loky import ProcessPoolExecutor
 
-    # A thread of the pool replaces processes that end, outside `children_started`.
+    # A thread of the pool, outside `children_started`, replaces processes that end.
     return ProcessPoolExecutor(
         workers, initializer=_begin, initargs=(os.getpid(),), env={_SAFE_PATH: "1"}
     )
@@ -70,7 +70,7 @@ def process_pool(workers: int) -> Any:
 def _begin(parent: int) -> None:
     """Make this new process end within a second of its parent, however the parent ends.
 
-    It repeats no warning about the cache of compiled code, since the parent has given them.
+    It repeats no warnings about the cache of compiled code, since the parent has given them.
     """
     warnings.filterwarnings("ignore", ".*compiled code", RuntimeWarning)
 

@@ -38,7 +38,7 @@ def compile_kinds(options: Options, kinds: NDArray[np.float64]) -> None:
 
 @contextmanager
 def compiled_elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
-    """Let processes of joblib's loky make these calls meanwhile, and make the last ones here.
+    """Start these calls in processes of joblib's loky; on exit make here those not yet begun.
 
     A call that fails, here or there, is left to the caller.
     """

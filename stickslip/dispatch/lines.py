@@ -28,7 +28,7 @@ _RESULTS = [status for status in Status if status.is_result]
 _MOST_LINES = 16
 
 KNOWN: dict[bytes, NDArray[np.float64]] = {}
-"""The states that `start_after` has computed, by the key of the line up to there."""
+"""The states that `start_after` has computed, by the key of the line up to each of them."""
 
 MOST_KNOWN = 20_000  # a few MB
 
@@ -65,8 +65,8 @@ def follow(points: NDArray[np.float64], line: int, options: Options) -> NDArray[
 def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
     """Return the state (final columns,) from which the next point of a line starts.
 
-    `points` (n, parameters) are the points of the line before it. Without any the state is NaN, the
-    config's start. The states along a line are remembered, so that each is computed only once.
+    `points` (n, parameters) are the points of the line before it. Without any the state is NaN, for
+    the config's start. The states along a line are remembered, so each is computed only once.
     """
     state, keys = np.full(len(final_columns(options.physics)), np.nan), _keys(points, options)
     known = 0
@@ -95,7 +95,7 @@ def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> N
 
 
 def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
-    """Return a key for each point (n, parameters), which identifies its line up to there."""
+    """Return a key for each point (n, parameters), which identifies its line up to that point."""
     (keys,) = keys_of_lines(points[None], secret_of(repr(options)))
     return [key.tobytes() for key in keys]
 

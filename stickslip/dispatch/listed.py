@@ -1,4 +1,4 @@
-"""Points that lie on no grid, and to which more may be added while the first are computed."""
+"""Points that lie on no grid; more may be added while the first are computed."""
 
 from __future__ import annotations
 

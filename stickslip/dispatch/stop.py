@@ -55,6 +55,6 @@ def in_thread(work: Callable[[], _T]) -> Future[_T]:
 def run_interruptibly(work: Callable[[], _T]) -> _T:
     """Return the result of `work`; Ctrl-C is raised at once, and the work goes on in its thread.
 
-    Compiled code neither hears of Ctrl-C nor can it be stopped.
+    Compiled code neither notices Ctrl-C nor can be stopped.
     """
     return in_thread(work).result()

@@ -2,7 +2,7 @@
 
 One busy lane costs as much time as all lanes together, and an orbit that never closes takes
 thousands of times as long as others. One such orbit in each block would cost most of a sweep. Even
-among late points only one in ten never closes, so more of them together keep the lanes fuller.
+among late points only one in ten never closes, so a larger group keeps the lanes fuller.
 """
 
 from __future__ import annotations
@@ -61,14 +61,15 @@ class Stragglers:
         self._costs.learn(points, seconds)
 
     def together(self) -> NDArray[np.int64] | None:
-        """Return a group of points to compute without a limit; None while they are too few."""
+        """Return a group of points to compute without a limit; None while there are too few."""
         enough = min(max(self._costs.points_in(_SECONDS), _FEWEST), self._most)
         return self._taken(enough) if len(self._waiting) >= enough else None
 
     def rest(self, slots: int) -> list[NDArray[np.int64]]:
         """Share out all waiting points among the slots, when no others can come.
 
-        Each share keeps the lanes of a kernel busy; of two that do not, each takes as long as both.
+        Each share keeps the lanes of a kernel busy: two smaller ones would each take as long as
+        both together.
         """
         shares = min(max(slots, 1), max(len(self._waiting) // _LEAST_SHARE, 1))
         share = max(1, min(self._most, -(-len(self._waiting) // shares)))

@@ -46,7 +46,7 @@ class Task:
 
     @property
     def is_unlimited(self) -> bool:
-        """Whether it may take minutes, as a task of late points, or of blocks full of them.
+        """Whether the task may take minutes, like one of late points or a block full of them.
 
         The lines of a followed axis, which have no limit either, count as ordinary blocks.
         """
@@ -70,7 +70,7 @@ class Block:
     checksum: bytes = b""
 
     def sealed(self) -> Block:
-        """Return the block with a checksum, by which damage on its way shows."""
+        """Return the block with a checksum, which reveals damage on the way."""
         return replace(self, checksum=self._digest())
 
     def is_undamaged(self) -> bool:
@@ -96,7 +96,7 @@ def compute_block(task: Task) -> Block:
     begun = time.monotonic()
     try:
         results = computed_results(task.points, task)
-    except Exception:  # one point must not cost the others
+    except Exception:  # one point must not spoil the others
         log.debug("a block failed; its points are computed one by one", exc_info=True)
         parts = np.split(task.points, len(task.points) // task.line)
         results = np.concatenate([_alone(part, task, messages) for part in parts])

@@ -51,8 +51,8 @@ class Workers(ABC):
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
         """Yield the finished blocks of the tasks; take a task only when it can start soon.
 
-        After a request to stop, blocks without a worker or with no time limit are not yielded, and
-        after a while no others are either.
+        After a request to stop, blocks that have no worker or no time limit are not yielded, and
+        after a while none are.
 
         Raises WorkersLostError when no more blocks can arrive; the caller must then compute the
         missing ones again.

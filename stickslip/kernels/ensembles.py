@@ -1,8 +1,8 @@
 """Ensembles, the statistics of stochastic films, for all methods.
 
 The realizations of a point start on its settled typical path. A few drive periods, in which they
-become independent of it, are dropped. Then they are measured over a window, one drive period at a
-time.
+become independent of it, are dropped. The realizations are then measured over a window, one drive
+period at a time.
 """
 
 from __future__ import annotations

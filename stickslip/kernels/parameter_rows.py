@@ -15,7 +15,7 @@ parameters_of = make_row_reader(ParameterValues)
 """The inline function that reads parameters from a row in the order of `Parameters._fields`."""
 
 FIRST_STEP = 1e-6
-"""The first step as a fraction of the drive period. It is short against every rate of the paper's
+"""The first step as a fraction of the drive period. It is short on every time scale of the paper's
 figures, and the controller can make each step six times as long as the one before."""
 
 

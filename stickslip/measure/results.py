@@ -246,9 +246,9 @@ def _gained_energy(p: Parameters, m: Measured, i: int) -> float:
 def _work_of_drive(p: Parameters, m: Measured, i: int) -> tuple[float, float]:
     """Work of the drive per drive period, and its error [J].
 
-    The work on the block is not measured, because it nearly cancels: it is the gained energy. On a
-    closed orbit this is 0, and its measured value is just the closure error, which can exceed the
-    loss of a locked block.
+    The recorded work on the block is not used, because it nearly cancels: the gained energy takes
+    its place. On a closed orbit that is 0, and its measured value is just the closure error, which
+    can exceed the loss of a locked block.
     """
     periods = 0.5 * _halves(m, i)
     work, error = m.records[i, LOSS], m.uncertainties[i, LOSS]
@@ -320,7 +320,8 @@ def _asymmetry(high: float, low: float) -> float:
 def _solid_fraction(p: Parameters, m: Measured, i: int) -> float:
     """Fraction of the time in the solid phase.
 
-    Without a cubic term the threshold may be 0, which every film exceeds, also a liquid above T_c.
+    Without a cubic term the threshold may be 0, which every film exceeds, even a liquid one above
+    T_c.
     """
     if solids.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
         return 0.0

@@ -42,7 +42,7 @@ def _log_slope(p: Parameters, psi: float) -> float:
 def variance_after(variance: float, growth: float, curvature: float, added: float) -> float:
     """Variance after a time t in which small displacements grow by exp(`growth`).
 
-    Their rate changes at a constant pace; `curvature` is the second difference of the exponent.
+    Their growth rate is linear in time; `curvature` is the second difference of the exponent.
     `added` is the variance that noise alone would add in this time, 2 D t.
     """
     grown, _ = exponentials(growth)

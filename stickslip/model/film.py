@@ -107,7 +107,7 @@ def shear_modulus(p: Parameters, phi: float) -> float:
 
 @inline
 def melting_function(p: Parameters, eps: float) -> float:
-    """Melting function B [J/m3], Eq. 15: solid only at B <= 0, liquid only at B >= b^2/4c."""
+    """Melting function B [J/m3], Eq. 15: only solid at B <= 0, only liquid at B >= b^2/4c."""
     return p.elastic_coefficient * (eps * eps) + heating(p)
 
 

@@ -32,7 +32,7 @@ class Model(NamedTuple):
     """A model; its functions are inline and take parameters `p` in any units."""
 
     physics: Physics
-    """The choices of the parts."""
+    """The choice of each part."""
 
     components: tuple[Component, ...]
     """The state variables, in the order of the state."""

@@ -112,8 +112,8 @@ def freezes_late(p: Parameters) -> bool:
     """Return whether a liquid film may freeze only after many periods, or never.
 
     Below T_c the noise freezes such a film in the end, but not within a fraction of half a drive
-    period, so that the outcome depends on the motion over many periods. It does not in a film that
-    freezes at each stop, or in one above T_c, which never freezes again.
+    period, so that the outcome depends on the motion over many periods. This is not so for a film
+    that freezes at each stop, or for one above T_c, which never freezes again.
     """
     growth = -film.heating(p) * p.kinetic_coefficient
     foldings = growth * math.pi / p.angular_frequency

@@ -173,8 +173,8 @@ class Equations(NamedTuple):
 
     step_limits: Callable[..., tuple[float, float]]
     """(p, solid, y0, f0, y1, f1, h): the largest allowed part of a step from y0 to y1, and the
-    longest step after it [s]. f0 and f1 are the rates at the ends; from the order parameter `solid`
-    on the film is solid."""
+    longest step after it [s]. f0 and f1 are the rates at the ends; a film is solid from the order
+    parameter `solid` upwards."""
 
 
 class StrainModel(NamedTuple):
@@ -230,7 +230,7 @@ def make_exact(law: FrictionLaw) -> Any:
 
 
 def make_error_weight(law: FrictionLaw, strain: Callable[..., float]) -> Any:
-    """Return `Equations.error_weight` of (x, u, psi) for a law, and a strain as function (p, y)."""
+    """Return `Equations.error_weight` of (x, u, psi) for a law, and a strain function (p, y)."""
     has_cusp = law.has_cusp
 
     @inline
@@ -248,7 +248,7 @@ def make_error_weight(law: FrictionLaw, strain: Callable[..., float]) -> Any:
 
 
 def make_step_limits(strain: Callable[..., float], strain_rate: Callable[..., float]) -> Any:
-    """Return `Equations.step_limits` for a strain as function (p, y), and its rate (p, f)."""
+    """Return `Equations.step_limits` for a strain function (p, y), and its rate (p, f)."""
 
     @inline
     def step_limits(

@@ -269,7 +269,8 @@ def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters, np.nd
         for i in range(len(t)):
             row[first + i] = t[i]
         # The amplitude is the unit of length, or a part of it that only the caller knows. (In the
-        # loop above, these would change how the compiler groups divisions, and the last bits.)
+        # loop above, it and the harmonics would change how the compiler groups divisions, and so
+        # the last bits.)
         row[first + len(DERIVED)] = 1.0
         for i in range(len(harmonics)):
             row[first + len(DERIVED) + 1 + i] = p[harmonics[i]]
@@ -303,7 +304,7 @@ def model_values(
 ) -> Callable[..., ParameterValues]:
     """Return the inline function from `Reduced` parameters to the parameters of the model.
 
-    The rheological index is the literal `index`, or comes from the parameters for None. Without
+    The rheological index is the literal `index`, or if None, comes from the parameters. Without
     `higher` terms the coefficients beyond the paper's free energy are the literal 0; with
     `one_tone` so are the harmonics of the drive.
     """

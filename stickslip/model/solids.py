@@ -16,16 +16,16 @@ from stickslip.model import film
 from stickslip.parameters import Parameters
 
 MELTED_PART = 0.1
-"""A film counts as melted below this part of `solid_threshold`, a hysteresis of the count."""
+"""A film counts as melted below this part of `solid_threshold`; the gap is a hysteresis."""
 
 # At the strength of a solid the slope of the log force is 4 (B - heating); this is twice as much.
 _ROOM = 8.0
 
-# Below this fraction of `solid_threshold`, where the modulus is 1e-6 of that there, a film moves
-# like a liquid.
+# Below this fraction of `solid_threshold`, with a modulus below 1e-6 of that at the threshold, a
+# film moves like a liquid.
 _LIQUID = 1e-3
 
-# So many halvings of an interval reach the last bit of values above 1e-14 of it.
+# This many halvings of an interval resolve the last bit of values above 1e-14 of it.
 _BISECTIONS = 100
 
 # Upper bound of order parameters; in the paper's solid they are of order one.
@@ -66,7 +66,7 @@ def balance(p: Parameters, phi: float) -> float:
 
 @jit
 def _derivative(p: Parameters, order: int, phi: float) -> float:
-    """Derivative of the balance, of an order from 1 on."""
+    """Derivative of the balance, of order 1 or higher."""
     total = 0.0
     for power in range(film.HIGHEST_POWER, order - 1, -1):
         weight = film.balance_coefficient(p, power)
@@ -78,7 +78,7 @@ def _derivative(p: Parameters, order: int, phi: float) -> float:
 
 @jit
 def _next_zero(p: Parameters, order: int, low: float, positive: bool) -> float:
-    """First zero above `low` of a derivative of the balance, whose sign there is `positive` or not.
+    """First zero above `low` of a derivative of the balance; `positive` is its sign up to there.
 
     The `order` is 1 or more. Between two zeros of its slope the derivative has at most one zero.
     The recursion also keeps the compiler from inlining this function everywhere.
@@ -103,7 +103,7 @@ def _next_zero(p: Parameters, order: int, low: float, positive: bool) -> float:
 
 @jit
 def next_turning_point(p: Parameters, phi: float, rises: bool) -> float:
-    """First turning point of the balance above `phi`, from where it `rises` or falls.
+    """First turning point of the balance above `phi`; up to there the balance `rises` or falls.
 
     Infinite if the balance falls forever.
     """
@@ -137,7 +137,7 @@ def _falling_to(p: Parameters, B: float, low: float, high: float) -> float:
 
 @jit
 def _solid_between(p: Parameters, B: float, low: float, high: float) -> float:
-    """The stable solid at B between two turning points with a falling balance; -1 if none."""
+    """The stable solid at B where the balance falls between two turning points; -1 if none."""
     if high == math.inf:
         high = 2.0 * low + 1.0
         while balance(p, high) > B:
@@ -154,7 +154,7 @@ def hardest(p: Parameters, B: float) -> float:
     """
     low = next_turning_point(p, 0.0, True)
     found, lost = -1.0, low
-    for _ in range(film.HIGHEST_POWER):  # more often than there are solids; infinity adds none
+    for _ in range(film.HIGHEST_POWER):  # more passes than solids; one at infinity adds none
         high = next_turning_point(p, low, False)
         found = max(found, _solid_between(p, B, low, high))
         lost = low if balance(p, low) >= balance(p, lost) else lost
@@ -214,7 +214,7 @@ def coexistence_limit(p: Parameters) -> float:
 
 @inline
 def melting_strain(p: Parameters) -> float:
-    """Strain eps_c0 above which the film melts, Eq. 19; 0 if it is liquid at any strain."""
+    """Strain eps_c0 above which the film melts, Eq. 19; 0 if always liquid or not elastic."""
     if p.elastic_coefficient <= 0.0:
         return 0.0  # no strain melts a film without elasticity
     return math.sqrt(max(coexistence_limit(p) - film.heating(p), 0.0) / p.elastic_coefficient)
@@ -222,7 +222,7 @@ def melting_strain(p: Parameters) -> float:
 
 @inline
 def solidification_strain(p: Parameters) -> float:
-    """Strain eps_c^0 below which a liquid film solidifies, Eq. 20; 0 if it does at no strain."""
+    """Strain eps_c^0 below which a liquid film solidifies, Eq. 20; 0 if never, or not elastic."""
     if p.elastic_coefficient <= 0.0:
         return 0.0
     return math.sqrt(max(-film.heating(p), 0.0) / p.elastic_coefficient)
@@ -288,6 +288,6 @@ def parts_never(p: Parameters, lowest: float, highest: float) -> bool:
 
 @inline
 def is_soft(phases: Thresholds, phi: float, B: float) -> bool:
-    """Return whether a film is a soft solid, and does not just pass where no soft solid exists."""
+    """Return whether a film is a soft solid, not just passing through at a B where none exists."""
     within = (phi >= phases.solid) & (phi <= phases.soft)
     return within & (phases.weakest < B) & (phases.strongest > B)

@@ -19,9 +19,9 @@ class Component(NamedTuple):
     """A state variable.
 
     `mirror` is its sign under the odd half-period symmetry. `weight` applies to its differences in
-    the test of repetition: ln(phi) need only repeat to a thousand tolerances, because it is slaved
-    to the motion and swings by hundreds. Values below `floor` count as equal: without noise the
-    order parameter of a film that never freezes again sinks forever and becomes meaningless.
+    the test of repetition: ln(phi) need only repeat to within a thousand tolerances, because it is
+    slaved to the motion and swings by hundreds. Values below `floor` count as equal: without noise
+    the order parameter of a film that never freezes again sinks forever and becomes meaningless.
     `follows` is the index of the variable that it nearly equals in the lanes, or -1: the difference
     of the two is tested, and an extrapolation moves them together.
     """

@@ -21,8 +21,8 @@ _FORGETTING_WEIGHT, _LARGEST_RELIEF = 10.0, 1000.0
 _SLOWEST_FILM = 100.0  # in units of omega
 
 # The largest error of ln(phi) in a step, above which D_eff/phi^2 is no longer linear in it. An
-# error that left the film far above the noise level would force the drive to follow it down at the
-# full rate of melting, with steps that may be shorter than the rounding of time.
+# error that left the film far above the noise level would force the integrator to follow it down
+# at the full rate of melting, with steps that may be shorter than the rounding of time.
 _LARGEST_ERROR = 0.5
 
 # A liquid film may freeze while its strain passes through zero. Below the first number of

@@ -63,7 +63,7 @@ def lane_vectors(lanes: int, width: int) -> LaneVectors:
 
 @jit_making_arrays
 def aligned(size: int) -> np.ndarray:
-    """Return zeros, aligned to a cache line: vectors across two lines slow a step by 1.3 times."""
+    """Return zeros aligned to a cache line; vectors across two lines slow steps 1.3-fold."""
     line = 8
     room = np.zeros(size + line)
     first = -(room.ctypes.data // 8) % line

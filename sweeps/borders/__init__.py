@@ -21,7 +21,7 @@ from sweeps.files.attributes import global_attributes
 
 __all__ = ["BoundaryError", "Kind", "boundaries"]
 
-# Below it brackets would be as narrow as floats allow.
+# Below this, brackets would be as narrow as floats allow.
 _FINEST = 1e-12
 
 POINT = "boundary_point"
@@ -34,9 +34,10 @@ NEAR = 0.2
 Of the five borders over omega at T = 200 K, in brackets of 1e-6 of the axis, the one at 18.108
 rad/s has 0.94 and the others at most 0.54; the ends of wide brackets are too far from the border.
 The 0.94 is an error of one-sided differences: the eigenvalue tends to -0.920, and the orbit
-continues beyond the border to 18.1087 rad/s, while the start reaches another orbit. So the type
-says how close an orbit is to losing stability, not that it ends there. A value far above 1 is not
-the multiplier of a stable orbit: the differences behind it reach across the border.
+continues beyond the border to 18.1087 rad/s, while a motion from the start reaches another
+orbit. So the type says how close an orbit is to losing stability, not that it ends there. A value
+far above 1 is not the multiplier of a stable orbit: the differences behind it reach across the
+border.
 """
 
 

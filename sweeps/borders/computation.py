@@ -39,7 +39,7 @@ from sweeps.points import Point, PointError, config_of, curve_or_map, point_of
 
 Kind = Literal["regime", "orbit"]
 
-# Bits that each part takes in the number of a kind, the last one lowest: numbers sort by regime.
+# The bits of each part in the number of a kind, the last part lowest: numbers sort by regime.
 _BITS = {"regime": 8, "orbit_periods": 16, "melting_count": 31}
 
 PARTS: dict[str, tuple[str, ...]] = {"regime": ("regime",), "orbit": tuple(_BITS)}
@@ -110,7 +110,7 @@ class Bisecting:
 
     @property
     def outlook(self) -> str:
-        """The points in flight, which take a long time next to a motion that never closes."""
+        """The points in flight, which take a long time near a motion that never closes."""
         return in_flight_text(self.in_flight)
 
 
@@ -162,8 +162,9 @@ class Map:
     def _options(self) -> Options:
         """The options of the map, with the shortest window.
 
-        Of a motion that never closes only the kind is needed. The growth of its neighbours decides
-        it, over the same periods for any window; a longer window only improves the statistics.
+        For a motion that never closes, only the kind is needed. The growth of its neighbours
+        decides the kind, over the same periods for any window; a longer window only improves the
+        statistics.
         """
         shortest = int(OPTIONS["window"].range.lower)
         return replace(options_of(self.config), window=shortest)
@@ -266,7 +267,7 @@ def _config_of(ds: xr.Dataset) -> Config:
 
 
 def _refuse_other_settings(ds: xr.Dataset) -> None:
-    """Raise BoundaryError if points of a map were computed with other settings than its config's.
+    """Raise BoundaryError if points of a map were computed with settings other than its config's.
 
     A stack of results has the config of its first. So one point of the map is computed again, and
     one at each value that the config does not name.

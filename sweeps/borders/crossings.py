@@ -1,10 +1,10 @@
-"""Crossings of borders with the edges of a map, bisected side by side, and joined to lines.
+"""Crossings of borders with the edges of a map, bisected side by side, and joined into lines.
 
 A map has one axis or two. Its edges join neighbours along an axis; a border crosses an edge where
 the kind changes along it. Kinds are whole numbers, `NO_KIND` for none; their meaning does not
 matter here.
 
-Crossings are joined cell by cell, by marching squares of many kinds. A cell lies between two
+Crossings are joined cell by cell, by marching squares for many kinds. A cell lies between two
 neighbouring values of each axis. We walk along its rim counter-clockwise, with the first axis
 pointing right and the second up; crossings cut the rim into stretches of one kind each. Two
 crossings are joined; three or more meet in their middle if each kind occurs once. If a kind occurs
@@ -125,7 +125,7 @@ class Bisection:
         edges = _unlike_edges(axes, kinds, numbers)
         self._brackets = self._waiting = edges.part(slice(0))
         self._found = [self._brackets]
-        self._halvings = np.zeros(0, dtype=np.int64)  # left of each bracket, at least
+        self._halvings = np.zeros(0, dtype=np.int64)  # that each bracket still needs, at least
         self._goes_on(edges)
 
     def __len__(self) -> int:
@@ -227,7 +227,7 @@ class Cut(NamedTuple):
 
 
 class Line(NamedTuple):
-    """Points in order, with the kind of the lower number on the left and the other on the right.
+    """Points in order, with the lower-numbered kind on the left and the other on the right.
 
     Numbers below the number of crossings are crossings; the others are meeting points. A closed
     line ends with its first point.
@@ -348,7 +348,7 @@ def _groups(rim: list[Cut], centre: int | None) -> Iterator[list[Cut]]:
 
 
 def _chained(pieces: Sequence[Piece]) -> list[Line]:
-    """Return pieces that follow each other as lines, which end where three or more meet."""
+    """Return pieces joined end to end as lines, which end where three or more meet."""
     degree = Counter(point for piece in pieces for point in (piece.begin, piece.end))
     follows = {piece.begin: piece for piece in pieces if degree[piece.begin] == 2}
     open_ends = [piece for piece in pieces if piece.begin not in follows]

@@ -52,7 +52,7 @@ class Axis:
 
 
 def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False) -> Axis:
-    """Return the axis of a dimension; cases lie along the first parameter that differs in all.
+    """Return the axis of a dimension; cases lie along the first parameter that differs in each.
 
     `log` makes the scale logarithmic, and `named` names the points of a short axis.
     """
@@ -71,7 +71,7 @@ def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False)
     along = parameters_along(ds, str(coordinate.dims[0]))
     if others := [shown(ds[name]).symbol for name in along if name != coordinate.name]:
         label = f"{label}, linked with {', '.join(others)}"
-    # A short range is even on both scales, and only ticks of a linear one tell its points apart.
+    # A short range is even on both scales, and only the ticks of a linear one separate its points.
     geometric = is_geometric(quantity.values) and not is_even(quantity.values)
     return Axis(dim, order, quantity, label, log or geometric)
 

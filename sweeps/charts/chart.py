@@ -345,7 +345,7 @@ def require_borders(ds: xr.Dataset) -> None:
 
 
 def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
-    """Raise ValueError unless `borders` lie over the axes of a result, which are two."""
+    """Raise ValueError unless a result has two axes and `borders` lie over them."""
     require_borders(borders)
     names = border_axes(borders)
     if any(parameters_along(ds, name) != [name] for name in names):

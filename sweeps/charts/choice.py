@@ -153,7 +153,7 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
         if dim in some:
             raise _sliced_again(text, dim, key)
         kept = list(dict.fromkeys(place[dim] for place in found))
-        if len(kept) == 1:  # all of them lie nearest to one point
+        if len(kept) == 1:  # all of them are nearest to the same point
             texts.append(each[0])
         else:
             some[dim] = kept
@@ -267,7 +267,7 @@ def _nearest(coordinate: xr.DataArray, text: str, whole: str) -> int:
     except ValueError as problem:
         raise ValueError(f"'{whole}': {problem}") from None
     low, high = float(values.min()), float(values.max())
-    # Nobody means the last point with a value that lies more than the longest step beyond it.
+    # A value farther beyond the last point than the longest step cannot be meant for that point.
     reach = float(np.diff(np.sort(values)).max(initial=0.0))
     if not low - reach <= value <= high + reach:
         raise ValueError(f"'{whole}': {coordinate.name} goes from {low:g} to {high:g} in this file")
@@ -305,7 +305,7 @@ def default_figure(ds: xr.Dataset) -> str:
     return next(name for name, entry in FIGURES.items() if entry.data == data)
 
 
-# The dimensions that a part of a dataset may have lost, as by `squeeze`.
+# The dimensions that a part of a dataset may have lost, for example by `squeeze`.
 _ALONG = {
     "fit": ("datum", "free_parameter"),
     "posterior": ("free_parameter",),
@@ -314,7 +314,7 @@ _ALONG = {
 
 
 def obstacle(ds: xr.Dataset, name: str) -> str:
-    """Return why a figure cannot be drawn of a dataset; empty if it can be."""
+    """Return why a figure of a dataset cannot be drawn; empty if it can be."""
     if name not in FIGURES:
         hint = did_you_mean(name, FIGURES) or f"; there are {', '.join(FIGURES)}"
         return f"unknown figure '{name}'{hint}"

@@ -89,7 +89,7 @@ class Quantity:
 
     @property
     def equation(self) -> str:
-        """Symbol and value of a scalar, as in a legend; a word is not a product of its letters."""
+        """Symbol and value of a scalar, as in a legend; a word is not typeset as a product."""
         if not self.symbol.startswith("$"):
             return f"{self.symbol} {self.value}"
         return f"${self.symbol.strip('$')} = {self.value[1:]}"
@@ -134,7 +134,7 @@ def shown_number(name: str, value: float) -> Quantity:
 def with_error(value: float, error: float, *, mathtext: bool = False) -> str:
     """Return a value and its error, to two digits of the error: `-0.550±0.012`.
 
-    It needs the package uncertainties, of which the rest of this module is free.
+    It needs the package uncertainties, which the rest of this module does not.
     """
     from uncertainties import ufloat
 
@@ -199,7 +199,7 @@ def changed_parameters(ds: xr.Dataset) -> str:
 
 
 def typeset_units(units: str) -> str:
-    r"""Return a UDUNITS string in mathtext, with a slash before divisors; empty for `1`, or none.
+    r"""Return a UDUNITS string in mathtext, with a slash before divisors; empty for `1` or no unit.
 
     >>> typeset_units("m3 J-1 s-1")
     'm$^{3}$/(J$\\cdot$s)'

@@ -21,7 +21,7 @@ def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
     if name == "status":
         return ds[name].astype(float)
     values = ds[name]
-    # Of variables, not arrays: coordinates of one dataset need no aligning, which takes most time.
+    # Variables, not arrays: the slow alignment of coordinates is not needed within one dataset.
     present = values.variable != (RESULTS[name].missing if name in RESULTS else np.nan)
     if "status" in ds:
         status = ds["status"].variable
@@ -100,7 +100,7 @@ def missing_notes(
 
 def _reason(code: float) -> str:
     if np.isnan(code):
-        return "without a status"  # masked, as by `StickslipAccessor.ok`
+        return "without a status"  # masked, for example by `StickslipAccessor.ok`
     if code in RESULT_STATUSES:
         return "without a value"  # the file contradicts itself, and the note must not hide that
     if code not in list(Status):

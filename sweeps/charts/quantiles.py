@@ -103,7 +103,7 @@ def medians_of(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
         {name: curve.drop_vars(QUANTILE) for name, curve in curves.items()}
     )
     holds = " and ".join(f"{100 * (high - low):.3g} %" for low, high in pairs)
-    # A part of the quantiles, or what was computed of them, may not say how many cases there are.
+    # A part of the quantiles, or what was computed from them, may not say how many cases there are.
     cases = f" of {counted(int(ds.attrs['cases']), 'case')}" if "cases" in ds.attrs else ""
     notes = [f"Medians{f'; bands hold {holds}' if holds else ''}{cases}."]
     lost = (

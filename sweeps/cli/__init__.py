@@ -8,7 +8,7 @@ import signal
 
 def main() -> None:
     """Run the command `stickslip`."""
-    # Ctrl-C during an import prints a traceback, or becomes an error of another name.
+    # Ctrl-C during an import would print a traceback, or become an error of another type.
     loading = signal.getsignal(signal.SIGINT)
     if loading is signal.default_int_handler:  # not ignored, as in the background of a script
         signal.signal(signal.SIGINT, _end)

@@ -115,7 +115,7 @@ def _run() -> None:
             Exit.USAGE,
         )
     _refuse_odd_names()
-    os.environ["MPLBACKEND"] = "agg"  # no window; an unknown backend would end the import
+    os.environ["MPLBACKEND"] = "agg"  # no window; an unknown backend would make the import fail
     try:
         app(prog_name="stickslip")
     except SystemExit as end:

@@ -158,7 +158,7 @@ def _priors(given: list[str]) -> dict[str, Any]:
 
 
 def _ranges(free: str) -> dict[str, Range]:
-    """Return the free parameters of an option, with their ranges."""
+    """Return the free parameters that `--free` names, with their ranges."""
     from sweeps.config.numbers import finite
     from sweeps.config.yaml_reader import scalar
 
@@ -180,14 +180,14 @@ def _ranges(free: str) -> dict[str, Range]:
 
 
 def _by_name(given: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """Return what is given for parameters by full name, so that a symbol makes no other request."""
+    """Return what is given under full names, so that using a symbol does not alter the request."""
     from stickslip.variables import canonical_name
 
     return [(canonical_name(name) or name, value) for name, value in given.items()]
 
 
 def _write(ds: xr.Dataset, outputs: Outputs) -> None:
-    """Write the file, the config of the fitted curve, and the picture."""
+    """Write the file, the config of the fitted curve, and the pictures."""
     from sweeps.config.yaml_writer import block_yaml
     from sweeps.figures import draw
     from sweeps.figures.save import rendered
@@ -204,7 +204,7 @@ def _write(ds: xr.Dataset, outputs: Outputs) -> None:
 
 
 def _warn(ds: xr.Dataset) -> None:
-    """Warn where the data leave the fit open; end the command if data have no fitted value."""
+    """Warn if the data do not settle the fit; end the command if some have no fitted value."""
     names, codes = ds.free_parameter.values, ds.parameter_determination.values
     if undetermined := ", ".join(names[codes == 1]):
         say(f"warning: not determined by these data: {undetermined}")

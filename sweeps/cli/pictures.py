@@ -415,7 +415,7 @@ def _pictures(
 def _drawn(
     ds: xr.Dataset, target: Path, name: str | None, options: PlotOptions | None = None
 ) -> dict[Path, bytes]:
-    """Return the pictures of the named figure, else of the one that suits file and options."""
+    """Return the pictures of the named figure, else of one that suits the file and the options."""
     from sweeps.figures import draw
     from sweeps.figures.save import rendered
 
@@ -426,7 +426,7 @@ def _drawn(
 def _plot_of_config(ds: xr.Dataset) -> tuple[str | None, tuple[str, ...] | None]:
     """Return the figure and the variables that a file's config names, if the file has the data.
 
-    Variables are those of a sweep. They replace its default figure, which is then None.
+    Only a sweep has variables. If named, they replace the default figure, which is then None.
     """
     from sweeps.charts.choice import data_of, default_figure, obstacle
     from sweeps.config.load import ConfigError, from_yaml

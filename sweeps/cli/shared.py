@@ -104,7 +104,7 @@ def is_config(path: Path) -> bool:
 
 
 def beside(file: Path, ending: str) -> Path:
-    """Return a name beside a file, with another ending than its own; a name like T=1.5 has none."""
+    """Return a name beside a file, with another ending; a name like T=1.5 has no ending itself."""
     has_none = file.suffix[1:2].isdigit()
     if not file.name:  # . and /
         stop_with(f"{file} is a folder, not a file", Exit.STORAGE)
@@ -197,12 +197,12 @@ def execution_changes(
     backend = backend or (None if scheduler is None else "dask")
     given = {"workers": workers, "backend": backend, "scheduler": scheduler}
     changes: list[str] = [
-        # As JSON, a text is a text, even an empty one.
+        # As JSON, a text remains a text, even an empty one.
         Option(f"execution.{key}={json.dumps(value)}", f"--{key} {quote(shortened(str(value)))}")
         for key, value in given.items()
         if value is not None
     ]
-    if backend not in (None, "dask") and scheduler is None:  # one in the config belongs to dask
+    if backend not in (None, "dask") and scheduler is None:  # one in the config is for dask
         changes.append(Option("execution.scheduler=null", f"--backend {quote(backend)}"))
     return changes
 

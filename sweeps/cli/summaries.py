@@ -70,7 +70,7 @@ def print_summary(outcome: Outcome) -> None:
 
 
 def _errors(outcome: Outcome) -> str:
-    """Return the largest errors; the error of a mean says nothing about the integration."""
+    """Return the largest errors; those of means are separate: they do not test the integration."""
     worst, wandering = outcome.worst_error, int(outcome.statuses[Status.APERIODIC])
     of_others = " of the others" if wandering else ""
     largest = "" if math.isnan(worst) else f", largest amplitude error{of_others} {worst:.1e}"
@@ -102,7 +102,7 @@ def print_suspicions(suspicious: tuple[int, int]) -> None:
         )
 
 
-# The range around the time that `plan` estimates: standard errors, and at least this part of it.
+# The range around the estimate of `plan`: this many standard errors, but at least this part of it.
 _DEVIATIONS, _LEAST_WIDE = 2.0, 0.15
 
 
@@ -197,7 +197,7 @@ def parameters_text(grid: Grid) -> str:
 
 
 def print_borders(borders: xr.Dataset) -> None:
-    """Print the borders of one axis, or how many lines of a map part each two kinds."""
+    """Print the borders of one axis, or how many lines of a map separate each pair of kinds."""
     axes = [name for name in PARAMETERS if f"{name}_bracket" in borders.variables]
     sides = list(zip(borders.kind_left.values, borders.kind_right.values, strict=True))
     is_fold = borders.type.values == 1

@@ -53,7 +53,7 @@ PartOption = Annotated[
 # Options that the command to resume must not repeat.
 _ONCE = ("--overwrite", "--retry-failed")
 _PLAIN = re.compile(r"[\w./+=-]+")  # names that need no quotes in YAML
-_MANY = 10_000_000  # points; a plan of as many takes more than a moment
+_MANY = 10_000_000  # points; planning this many takes more than a moment
 
 
 class _Kind(StrEnum):
@@ -239,7 +239,7 @@ def status(
     try:
         state = state_of(path)
     except (ExpectedError, OSError):
-        if refusal is not None:  # which names the cause
+        if refusal is not None:  # it names the cause
             stop_with(str(refusal), refusal.code)
         raise
     if refusal is not None:
@@ -337,7 +337,7 @@ def sensitivity(
 
 
 def _to_compute(config: Config, path: Path) -> tuple[int, ExpectedError | None]:
-    """Return how many points a sweep would compute, and its refusal, if it would be refused.
+    """Return how many points a sweep would compute, and the error that would refuse it, if any.
 
     A running sweep is left alone: it counts 0 points.
     """

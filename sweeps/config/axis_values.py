@@ -125,9 +125,9 @@ def _values(written: object) -> tuple[float, ...]:
 
 
 def _numbers(written: list[object]) -> Iterator[float]:
-    """Yield the numbers in a list, and refuse other items, a thousand at most.
+    """Yield the numbers in a list; refuse other items, but report a thousand at most.
 
-    To report all items of a page pasted into a list would fill the memory.
+    Reporting all items of a page pasted into a list would fill the memory.
     """
     for start in range(0, len(written), 1000):
         some = dict(enumerate(written[start : start + 1000], start))

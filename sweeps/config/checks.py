@@ -41,7 +41,7 @@ _EVEN = 1e-6
 NEAR = 1e-9
 """Relative; values closer than this differ by rounding, not by intention."""
 
-# The paper's k lies above, its K below; if both are on the wrong side, they look exchanged.
+# The paper's k is above this, its K below; if both are on the wrong side, they look exchanged.
 _K_BORDER = 1e4
 # A value this many times larger or smaller than the paper's is probably in another unit.
 _FAR = 1e4
@@ -130,7 +130,7 @@ def _is_sound(document: Document, name: str, drawn: Distribution) -> bool:
 def _one_case(document: Document, config: Config, case: object) -> Config:
     """Return a config whose linked parameters are fixed at the values of one case.
 
-    What is left is no sample, so that a result does not describe itself as one.
+    The config is then no longer a sample, so that its result is not described as one.
     """
     count = min(map(len, config.cases.values()), default=0)
     try:
@@ -244,7 +244,7 @@ def _warn_of_magnitudes(document: Document, config: Config, names: Collection[st
 
 
 def _is_far(value: float, variable: ParameterVariable) -> bool:
-    """Return whether a value is probably in another unit; 0 is not."""
+    """Return whether a value is probably in another unit; 0 never is."""
     if value == 0.0 or variable.default == 0.0:
         return False
     if variable.units == "K":
@@ -368,7 +368,7 @@ def _refuse_unbounded_films(
     """Refuse points, and sections of a schedule, whose order parameter would grow without bound."""
     if not _unknown(document, config).isdisjoint(ENERGY_COEFFICIENTS):
         return
-    # The defaults are bounded, and a sample may draw the parameters of a fit.
+    # The defaults are bounded; a coefficient that is given nowhere comes from a sample of a fit.
     given: Path = next(filter(None, map(document.path_of, ENERGY_COEFFICIENTS)), ("sample",))
     runs = [(config, given)]
     if not scheduled.keys().isdisjoint(ENERGY_COEFFICIENTS):
@@ -443,9 +443,9 @@ def _with_law(document: Document, config: Config) -> Config:
 
 
 def _refuse_scheduler(document: Document) -> None:
-    """Refuse a scheduler in a file, even on this machine, where anybody can open a port.
+    """Refuse a scheduler in a file, even one on this machine, where anybody can open a port.
 
-    Its answers can run code here. On the command line or in Python the user means it.
+    A scheduler's answers can run code here. On the command line or in Python the user means it.
     """
     path = "execution", "scheduler"
     address = document.section("execution").get("scheduler")

@@ -53,7 +53,7 @@ class Group(BaseModel):
 
     @classmethod
     def unknown_key(cls, key: str) -> str:
-        """Return a complaint about an unknown key, with the right place or a known key close by."""
+        """Return a complaint about an unknown key, with the right place or a similar known key."""
         keys = cls.written_keys()
         known = f"write {cls.example}" if cls.example else f"known are {', '.join(keys)}"
         return f"unknown key{cls.home_of(key) or did_you_mean(key, keys) or f'; {known}'}"
@@ -116,7 +116,7 @@ class Group(BaseModel):
 
 
 def _general(details: ErrorDetails) -> str:
-    if details["type"] == "config":  # an inner group has found the words
+    if details["type"] == "config":  # an inner group has written the message
         return details["msg"]
     if details["type"] == "value_error":
         return str(details["ctx"]["error"])
@@ -135,7 +135,8 @@ def _general(details: ErrorDetails) -> str:
 def sound_parts(kind: type[_G], document: Document) -> tuple[_G, set[str]]:
     """Return the sound keys of a document, and the names of the unsound ones.
 
-    Refuses wrong values and leaves them out, only a key of a group if its other keys are sound.
+    Refuses wrong values and leaves them out: of a group only the wrong keys, if the others are
+    valid without them, else the whole group.
     """
     data = document.data
     try:

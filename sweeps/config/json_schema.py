@@ -33,7 +33,7 @@ class _Generator(GenerateJsonSchema):
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the schema, by draft 2020-12, as a mapping ready for JSON."""
+    """Return the schema, according to draft 2020-12, as a mapping ready for JSON."""
     schema = Config.model_json_schema(schema_generator=_Generator)
     keys, groups = schema["properties"], schema["$defs"]
     schedule = groups["Simulation"]["properties"]["schedule"]["anyOf"][0]
@@ -48,7 +48,7 @@ def json_schema() -> dict[str, Any]:
             "properties": {"log": {"items": bounds}},
         },
     )
-    for name in STARTING:  # a run begins once
+    for name in STARTING:  # cannot be scheduled: a run begins once
         del schedule["properties"][name], schedule["properties"][PARAMETERS[name].symbol]
     # A section without keys is null in YAML, and editors should not insert its defaults.
     for name, key in keys.items():

@@ -70,7 +70,7 @@ def _config(
     if not readable:
         if document.data is not None or not document.problems:
             document.refuse(f"must hold lines `key: value`, not {quoted(document.data)}")
-        document.data = {}  # to judge the overrides all the same
+        document.data = {}  # so that the overrides are checked all the same
     picked = apply_overrides(document, overrides)
     if not readable:
         document.raise_problems()

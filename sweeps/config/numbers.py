@@ -125,7 +125,7 @@ def _rational(value: str) -> float:
 
 
 def _remedy(value: str) -> str:
-    # Nobody writes a longer number, and the patterns stay quick.
+    # Nobody writes a longer number, and the limit keeps the patterns quick.
     beginning = value.strip()[:80]
     for pattern, remedy in _REMEDIES:
         if re.fullmatch(pattern, beginning):

@@ -23,7 +23,7 @@ CASE = "case"
 
 
 class Option(str):
-    """A change `KEY=VALUE` made by another `option` than `--set`, which messages then name."""
+    """A change `KEY=VALUE` made by an `option` other than `--set`, which messages then name."""
 
     option: str
 

@@ -76,7 +76,7 @@ def read_table(document: Document, folder: Path) -> None:
     drive = document.section("simulation").get("drive")
     if not isinstance(drive, dict) or not isinstance(drive.get("table"), str):
         return
-    if drive.get("nodes") is not None:  # `Drive` refuses both
+    if drive.get("nodes") is not None:  # `Drive` refuses a drive that has both
         return
     try:
         drive["nodes"] = _nodes(drive.pop("table"), folder)

@@ -70,5 +70,5 @@ class Refine(Group):
 
     @property
     def miss(self) -> float | None:
-        """The fraction of an amplitude in `where`; None if only the regime at corners counts."""
+        """The number in `where`, a fraction of an amplitude; None if only the regime counts."""
         return next((part for part in self.where if isinstance(part, float)), None)

@@ -55,7 +55,7 @@ _MAX_SAMPLES = 100_000_000
 
 
 def _one_of(names: Iterable[str]) -> GetPydanticSchema:
-    """Return the type of a text that is one of these names, which are known at run time."""
+    """Return the type of a text that is one of these names, which are known only at run time."""
     return GetPydanticSchema(lambda *_: literal_schema([*names]))
 
 
@@ -426,14 +426,14 @@ class Config(Group):
         return follow | ({"refine": self.refine.model_dump(mode="json")} if self.refine else {})
 
     def resolved_yaml(self) -> str:
-        """Return `resolved` as YAML, which gives an equal config but for `execution`, `output`."""
+        """Return `resolved` as YAML, giving an equal config except for `execution` and `output`."""
         return block_yaml(self.resolved())
 
     def sha256(self) -> str:
         """Return the hash of the keys that define the numbers, not title, plot and simulation."""
         resolved = self.resolved()
         parts: dict[str, Any] = {key: resolved[key] for key in (*PARAMETER_SECTIONS, *DEFINING)}
-        # Older results lack the newer parameters, which therefore count only off their defaults.
+        # Older results lack the newer parameters, so these count only if not at their defaults.
         parts["model"] = {
             name: value
             for name, value in parts["model"].items()
@@ -458,7 +458,7 @@ class Config(Group):
 
     @classmethod
     def unknown_key(cls, key: str) -> str:
-        """Return a complaint about an unknown key, with its right place or a known key close by."""
+        """Return a complaint about an unknown key, with its right place or a similar known key."""
         if canonical_name(key):
             return "unknown key; a parameter belongs under `model`, `sweep` or `cases`"
         hint = cls.home_of(key) or did_you_mean(key, [*KEYS, *BY_SYMBOL, *PARAMETERS])

@@ -69,7 +69,7 @@ class Document:
     """The plain values of a config, their places, and the problems and warnings so far.
 
     `source` is a file, a text or `<dict>`. `places` has the source and the line of each value that
-    does not begin in the line of the value around it. The line of a value in a mapping is the line
+    does not begin on the line of the value around it. The line of a value in a mapping is the line
     of its key.
     """
 

@@ -152,7 +152,7 @@ class _Reader:
     def _inner(self, *path: str | int) -> Iterator[Any]:
         """Yield the first event of each item or key of the value at a path."""
         while not isinstance(event := next(self.events), events.CollectionEndEvent):
-            depth = len(path) + 2 - len(self.path)  # of the event; the whole text is 1 deep
+            depth = len(path) + 2 - len(self.path)  # of the event; the root has depth 1
             if depth > MAX_DEPTH and not isinstance(event, events.AliasEvent):
                 raise _refusal("maximum depth", event)
             yield event
@@ -177,7 +177,7 @@ class _Reader:
                 values[key] = self._value(next(self.events), *inner)
                 continue
             self.document.refuse_line(line, message, *inner)
-            document, self.document = self.document, Document("")  # notes nothing of this value
+            document, self.document = self.document, Document("")  # to note nothing about the value
             self._value(event, *path, key)
             self._value(next(self.events), *path, key)
             self.document = document

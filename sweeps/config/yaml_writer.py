@@ -11,7 +11,7 @@ _SPECIAL = re.compile(r"[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 
 
 def block_yaml(mapping: Mapping[str, object]) -> str:
-    """Return a line for each key, indented below its section; deeper values stay in that line."""
+    """Return a line for each key, indented below its section; deeper values stay on that line."""
     lines: list[str] = []
     for key, value in mapping.items():
         if isinstance(value, Mapping) and value:

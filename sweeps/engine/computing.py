@@ -34,7 +34,7 @@ def compile_kernels(options: Options, grid: Grid) -> None:
 def kinds_of(grid: Grid) -> NDArray[np.float64]:
     """Return the kinds (n, k) of points that may occur in a grid, for `compile_kinds`.
 
-    A coefficient of the free energy matters only by being 0 or not.
+    All that matters about a coefficient of the free energy is whether it is 0.
     """
     index, *coefficients = (grid.values(name) for name in KIND)
     either = [{value != 0.0: value for value in values}.values() for values in coefficients]
@@ -59,8 +59,8 @@ def order_of(
 ) -> Order:
     """Cut the points not done (size,) into blocks: of points, or of lines of a followed axis.
 
-    Blocks have `block_points` points if that is given, else they take some seconds; lines stay
-    whole.
+    Blocks have `block_points` points if that is given, else they take about
+    `workers.block_seconds`; lines stay whole.
     """
     if grid.followed:
         return Lines(grid.lines(), done, workers.slots)
@@ -81,8 +81,8 @@ def missing_blocks(
 
     The caller puts each block into the store before it takes the next one. On a refined grid each
     round's points depend on the values of earlier rounds; the last block has the interpolated
-    points, and no processor. After a request to stop, the blocks in flight still come. Raises
-    ExecutorError.
+    points, and names no processor. After a request to stop, the blocks in flight are still
+    yielded. Raises ExecutorError.
     """
     options, refinement = options_of(config), refinement_of(config.refine, grid)
     most = config.execution.block_points

@@ -26,7 +26,7 @@ from sweeps.files.attributes import data_sha256, seal_key
 from sweeps.files.journal import Journal
 from sweeps.files.netcdf import DAMAGE
 from sweeps.files.outputs import WAYS_OUT
-from sweeps.files.outputs import RefusalError as RefusalError  # its released name is here
+from sweeps.files.outputs import RefusalError as RefusalError  # public under this name
 from sweeps.files.result_rows import STATUS, Chunks, Rows
 from sweeps.files.sweep_file import (
     Digests,
@@ -117,7 +117,7 @@ class Target:
 
     @property
     def points(self) -> int:
-        """The number of points to compute; for a part it may be one too few."""
+        """The number of points to compute; for a part it may be off by up to one point or line."""
         return self.grid.size // (self.part.of if self.part else 1)
 
     @cached_property
@@ -170,7 +170,7 @@ class ExistingPoints:
         return differences(self.settings, target.settings)
 
     def warnings(self, target: Target) -> list[str]:
-        """Return warnings: of new values almost equal to old ones, of variables to be lost."""
+        """Return warnings of new values almost equal to old ones, and of variables to be lost."""
         lines = []
         if near := near_duplicates(self.grid, target.grid):
             listed = "; ".join(near[:_NAMED]) + ("; ..." if len(near) > _NAMED else "")
@@ -292,7 +292,7 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
 
 
 def found_in_input(path: Path) -> ExistingPoints:
-    """Return the points of a file that is only read; errors leave out the options for an output."""
+    """Return the points of a file that is only read; errors do not offer options for an output."""
     try:
         return found_in_file(path)
     except (RefusalError, StorageError) as error:
@@ -339,7 +339,7 @@ def _damaged(path: Path) -> StorageError:
 
 
 def _described(file: netCDF4.Dataset) -> dict[str, Any]:
-    """Return the config of a result file, with the axes of its coordinates."""
+    """Return the config of a result file, with the axes taken from its coordinates."""
     written = dict(config_without_axes(file.config, "config"))
     axes_of_file = [dim for dim in file["status"].dimensions if dim in PARAMETERS]
     parameters = [name for name in file.variables if name in PARAMETERS]

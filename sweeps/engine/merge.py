@@ -39,8 +39,8 @@ def merge(
     """Write the points of several results of one config into one result.
 
     The output is the file that one sweep would have written; points in several files must be equal.
-    If the output is that file already, it stays as it is. The merge needs nine bytes of memory per
-    point, and one chunk of a file.
+    If the output is that file already, it stays as it is. Besides its journal, the merge needs nine
+    bytes of memory per point, and one chunk of a file.
 
     Raises RefusalError if the files differ in anything but their points, if points are missing and
     `partial` is false, or if the output exists and may not be replaced; StorageError and
@@ -135,7 +135,7 @@ def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indice
 def _checksums(rows: Rows) -> NDArray[np.uint64]:
     """Return the checksum (n,) of each row (n, columns), as in a record without a key."""
     records = np.zeros((len(rows), rows.shape[1] + 3), dtype=np.uint64)
-    records[:, 2:-1] = np.where(np.isnan(rows), np.nan, rows).view(np.uint64)  # one NaN for all
+    records[:, 2:-1] = np.where(np.isnan(rows), np.nan, rows).view(np.uint64)  # all NaNs alike
     return checksums(records)
 
 

@@ -73,7 +73,7 @@ def plan(
             compile_kernels(options, target.grid)
         with make_executor(execution) as executor:
             costs = _pilot(target.grid, options, done, executor)
-            workers = slots = executor.slots  # a cluster has its own
+            workers = slots = executor.slots  # a cluster has its own number
             block = execution.block_points or max(1, costs.points_in(executor.block_seconds))
             blocks = math.ceil(left / block)
             if target.grid.followed:
@@ -107,7 +107,7 @@ def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Work
             lines = order_of(grid, done, executor)
             order = Given(list(islice(lines, executor.slots)), lines.line)
         for block in ask(grid.rows, order, options, executor):
-            fresh = int(np.count_nonzero(~done[block.indices]))  # of a line, which is whole
+            fresh = int(np.count_nonzero(~done[block.indices]))  # a line may hold finished points
             costs.learn(fresh, block.seconds)
         return costs
 
@@ -120,7 +120,7 @@ def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Work
 
 
 def _sample(done: NDArray[np.bool_], points: int) -> list[NDArray[np.int64]]:
-    """Return the blocks of a pilot; if few points are left, strata of these alone have them."""
+    """Return the blocks of a pilot; if few points are left, the strata cover only these."""
     blocks = pilot_blocks(done, points)
     if sum(map(len, blocks)) >= points:
         return blocks

@@ -31,14 +31,14 @@ SECONDS_BETWEEN_LINES = 5.0
 """The time between two lines of a log; it grows to a minute while no point is finished."""
 _MOST_LINES_LEFT_OUT = 12
 
-MOMENT = 1.5  # seconds; loading compiled code takes less, and no message flashes up
+MOMENT = 1.5  # seconds; loading compiled code takes less, so that no message flashes up
 
 _GONE_SECONDS = 1.0  # how long to wait for a terminal that blocks
-SOON = 5.0  # seconds in flight from which on a line gives the age of the oldest block
+SOON = 5.0  # seconds; from this age on, the age of the oldest block in flight is shown
 
 
 class Scene(Protocol):
-    """What a display shows: `done` of a `goal`, which may be None, `headline` and `outlook`."""
+    """What a display shows: `done` of a `goal` (or None), a `headline` and an `outlook`."""
 
     @property
     def done(self) -> int: ...  # noqa: D102 - a protocol
@@ -359,7 +359,7 @@ def in_flight_text(in_flight: InFlight) -> str:
 
 
 def stop_text(in_flight: InFlight) -> str:
-    """Return what a stop waits for and what it gives up, as text; empty if neither exists."""
+    """Return what a stop waits for and what it gives up, as text; empty if there is neither."""
     awaited = in_flight.awaited
     lost = in_flight.points - awaited.points
     given_up = f"giving up {counted(lost, 'point')} that may take minutes, for the next run"

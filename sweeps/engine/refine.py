@@ -165,7 +165,7 @@ class Refinement:
         return np.where(good, kinds, _NO_RESULT)[self._numbers]
 
     def _judge(self, level: _Level, kinds: Kinds, amplitudes: Floats) -> Mask:
-        """Return the cells of a level to cut now, and note by how much their values miss."""
+        """Return the cells of a level to cut now, and note how far interpolation is off there."""
         whole = level.active & ~level.cut
         own = kinds[self._at(level, (0,) * self._axes)]
         bad = own == _NO_RESULT
@@ -256,7 +256,7 @@ def _blend(corners: Corners, offset: tuple[int, ...], stride: int) -> Floats:
 
 
 def _range_and_error(corners: Corners, value: int, error: int) -> Floats:
-    """Return the error of interpolated values in a column of which no miss is known.
+    """Return the error of interpolated values in a column for which no miss is known.
 
     It is the range of the corner values plus their largest error.
     """

@@ -149,7 +149,7 @@ class Decision:
         if self.manifest is not None:
             return opened_journal(target, folder, self.manifest)
         begun = self._manifest(self.afresh)
-        if self.file:  # which is read until the journal holds all its points
+        if self.file:  # it is read until the journal holds all its points
             begun["output"] = None
         return Journal.create(folder.journal, begun, target.keys, target.chunks)
 
@@ -164,7 +164,7 @@ class Decision:
             before = journal.manifest
             journal.note(self._manifest(before["afresh"]) | {"retried": before["retried"]})
         elif journal.manifest.get("part", "") != (part := _name_of_part(self.target)):
-            journal.note(journal.manifest | {"part": part})  # another part, or the whole, goes on
+            journal.note(journal.manifest | {"part": part})  # another part, or the whole, continues
 
     def _manifest(self, afresh: bool) -> Manifest:
         return manifest_of(self.target, self.folder.output, self.sources, afresh=afresh)
@@ -305,7 +305,7 @@ def _complete_already(nothing: Decision) -> Decision | None:
 def _found_in_output(output: Path) -> ExistingPoints:
     """Return the finished points of an output; raises RefusalError if it is the file of a fit.
 
-    A fit's file holds its curve as a sweep does, but a sweep would drop the data and the fit.
+    A fit's file holds its curve like a sweep's, but a sweep would drop the data and the fit.
     """
     found = found_in_file(output)
     if found.is_fit:
@@ -314,7 +314,7 @@ def _found_in_output(output: Path) -> ExistingPoints:
 
 
 def is_of(manifest: Manifest, target: Target) -> bool:
-    """Return whether a journal belongs to exactly this target, not just to points of it."""
+    """Return whether a journal belongs to exactly this config, not just to some of its points."""
     return bool(manifest["sha256"] == target.sha256)
 
 
@@ -326,7 +326,7 @@ def _may_have_more(output: Path, manifest: Manifest | None) -> bool:
 
 
 def _refuse_another_part(manifest: Manifest, target: Target, output: Path) -> None:
-    """Raise RefusalError if a part of a sweep would end a sweep that was begun from scratch.
+    """Raise RefusalError if a part would complete an unfinished sweep that began from scratch.
 
     The journal and this part would replace the output, though the output may hold more points.
     """
@@ -420,7 +420,7 @@ def state_of(output: Path) -> dict[str, Any]:
                 f"{output} is the file of a fit, not of a sweep; `stickslip info` describes it"
             )
         part, statuses = existing.part, contents(output, Chunks(existing.grid.shape)).statuses
-        if part:  # a file has this attribute only if exactly the part is finished
+        if part:  # a file has this attribute only if exactly that part is finished
             statuses[Status.PENDING] = 0
         state = "partial" if statuses[Status.PENDING] else "complete"
     else:

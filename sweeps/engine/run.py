@@ -65,7 +65,7 @@ def run(
     interrupted run, lacks.
 
     In memory, `joblib.parallel_config(backend=..., n_jobs=...)` decides where points are computed,
-    as for other packages that use joblib; after it comes `execution` in the config, by default
+    as for other packages that use joblib; otherwise `execution` in the config does, by default
     threads.
 
     >>> ds = run({"sweep": {"T": [200, 250], "omega": [10, 12]}})
@@ -100,10 +100,10 @@ def run(
     ExecutorError
         The requested workers are not available.
     RuntimeError
-        Points were lost on the way.
+        Points did not come back from the workers.
     RefusalError, StorageError, StoppedError, KeyboardInterrupt
-        With `output`: existing results do not fit; the file cannot be read or written; the sweep
-        ended early and can be resumed, in the last case after Ctrl-C.
+        With `output`, in this order: existing results do not fit; the file cannot be read or
+        written; the sweep ended early and can be resumed; and the same after Ctrl-C.
     TypeError, ValueError
         An unknown argument, or an invalid value.
     """
@@ -189,7 +189,7 @@ def compute(
     """Return the result rows (size, columns) of a sweep's points.
 
     `workers` is counted like joblib's `n_jobs`, or is an executor ready for use. Raises
-    RuntimeError if points are lost on the way.
+    RuntimeError if points do not come back from the workers.
     """
     refuse_pull(config.simulation.drive)
     grid = Grid.from_config(config)

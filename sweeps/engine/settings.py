@@ -1,4 +1,4 @@
-"""Configs in the engine: checked with the physics, as options of the kernels, of results."""
+"""Configs in the engine: checked with the physics, made into kernel options, read from results."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str]
 def config_without_axes(text: str, source: str = SOURCE) -> Mapping[str, Any]:
     """Return the config in a result without its axes; raises ConfigError.
 
-    Axes may be many numbers, for which the YAML parser takes long. The last config is cached,
+    Axes may have many numbers, which the YAML parser reads slowly. The last config is cached,
     because a report asks for many points of one result.
     """
     return read_mapping(_AXES.sub("", text), source)

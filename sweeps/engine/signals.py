@@ -51,7 +51,7 @@ class Stop(stop.Stop):
 
     `at_a_stop` returns a text about what a stop finishes and what it gives up, empty if nothing is
     in flight. A second signal ends the process if `ends_process` is true, else it raises
-    KeyboardInterrupt; both times the functions in `at_once` are called first.
+    KeyboardInterrupt; in both cases the functions in `at_once` are called first.
     """
 
     def __init__(self, max_runtime: float | None = None, *, ends_process: bool = True) -> None:
@@ -78,9 +78,9 @@ class Stop(stop.Stop):
 
 @contextlib.contextmanager
 def listening(stop: Stop) -> Iterator[None]:
-    """Let a signal request a stop, and a second signal end the process.
+    """Let a signal request a stop; a second one ends the process or raises KeyboardInterrupt.
 
-    Before it ends, the functions in `stop.at_once` are called, the last one first. Ignored signals,
+    Before that, the functions in `stop.at_once` are called, the last one first. Ignored signals,
     as under nohup, stay ignored. Outside the main thread, where no signals arrive, nothing changes.
     """
     if threading.current_thread() is not threading.main_thread():

@@ -54,10 +54,10 @@ class Outcome:
     """The outcome of a sweep, or of a part of one.
 
     `statuses` (128,) counts the points of each status, `computed` the points that this run added;
-    `worst_error` and `statistical_error` are those of `Written`. `workers` were there when the run
-    ended. `suspicious` counts points whose power balance, and whose stress, looks wrong without
-    being impossible. If the sweep ended early, `stopped` is the exit code, and `reason` says why. A
-    merged result is `complete` if it existed already.
+    `worst_error` and `statistical_error` are those of `Written`. `workers` counts those at the
+    end of the run. `suspicious` counts the points whose power balance, and those whose stress,
+    looks wrong without being impossible. If the sweep ended early, `stopped` is the exit code, and
+    `reason` says why. A merged result is `complete` if it existed already.
     """
 
     output: Path
@@ -109,8 +109,8 @@ def sweep(
     the others stay `pending` unless they exist already.
 
     Raises RefusalError for parts of a refined grid, and if existing results do not fit and no
-    option decides; InUseError if another run holds the output; StorageError; ExecutorError if the
-    workers are not available or are lost. Finished points are kept.
+    option says what to do; InUseError if another run holds the output; StorageError; ExecutorError
+    if the workers are not available or are lost. Finished points are kept.
     """
     refuse_odd_output(output)
     target, folder, stop = Target.of(config, part), RunFolder(output), stop or Stop()
@@ -183,15 +183,15 @@ def _stopped(recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
 
 
 def _finish(journal: Journal, folder: RunFolder, *, keep_journal: bool) -> None:
-    """Remove the files of a complete sweep, or note in a journal that is kept that it is over."""
+    """Remove the files of a complete sweep; if the journal is kept, note in it that it is over."""
     if keep_journal:
-        # The next sweep replaces nothing that it has not read.
+        # Not `afresh`, so that the next sweep reads the output before it replaces it.
         journal.note(journal.manifest | {"finished": True, "afresh": False})
     folder.remove(keep_journal=keep_journal)
 
 
 def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
-    """Return how a sweep ended; `missing` counts the points of the target that it lacks."""
+    """Return how a sweep ended; `missing` counts the points of the target that are not finished."""
     statuses = written.statuses.copy()
     statuses[Status.PENDING] = missing
     return Outcome(
@@ -211,7 +211,7 @@ def _export(
     *,
     keep_journal: bool,
 ) -> Outcome:
-    """Write the finished points, and leave the journal for the rest, or if it is to be kept.
+    """Write the finished points; leave the journal if points are missing or `keep_journal` is true.
 
     Raises RefusalError if there are none, or if the output would lose points.
     """
@@ -245,7 +245,7 @@ class JournaledResult:
     before: list[int] | None
 
     def try_writing(self) -> None:
-        """Write it without numbers, and remove it: an error is better before the sweep."""
+        """Write it without numbers, and remove it, so that errors come before the sweep."""
         target = self.target
         try_writing(target.grid, target.chunks, self.attributes(), self.folder.result)
 

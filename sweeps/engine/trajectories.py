@@ -57,7 +57,7 @@ class AxisLeftError(ExpectedError, ValueError):
 
 
 class OtherAxesError(ExpectedError, ValueError):
-    """A figure of several trajectories, of a config that does not have exactly one axis."""
+    """A config for several trajectories that does not have exactly one axis."""
 
 
 def trajectory(
@@ -84,8 +84,8 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
 
     `elapsed_time` becomes a coordinate along both dimensions, because drive periods differ.
 
-    Raises OtherAxesError, PulledError for a block that is pulled, whose slips differ in number, and
-    what `stickslip.simulate` raises.
+    Raises OtherAxesError; PulledError for a pulled block, since the number of slips differs between
+    runs; and what `stickslip.simulate` raises.
     """
     import xarray as xr
 

@@ -138,7 +138,7 @@ def _require_effect(look: Look, panels: Sequence[Axes], *, coloured: bool) -> No
 
 
 def _require_rising(name: str, limits: Range, ends: Range) -> None:
-    """Raise ValueError if one given limit lies beyond the other of the present ends."""
+    """Raise ValueError if a single given limit lies beyond the present end on the other side."""
     (low, high), (lowest, highest) = limits, ends
     if low is not None and high is None and highest is not None and low >= highest:
         raise ValueError(f"{name} begins at {low:g}, beyond the other end at {highest:.4g}")

@@ -100,10 +100,11 @@ _COLUMNS = (_MARGIN, 1.25, 3.2, 3.65)
 
 
 def draw_point(ds: xr.Dataset, variables: Sequence[str], at: str) -> Figure:
-    """Return a table of results on the left and parameters on the right, below how it ended.
+    """Return a table of results on the left and parameters on the right, below a line on the point.
 
-    The `variables` that the user added are above the table, since their names may be long. `at`
-    says where the point is if it was cut out of a result with axes.
+    The line says how the point ended if it has no result. The `variables` that the user added are
+    above the table, since their names may be long. `at` says where the point is if it was cut out
+    of a result with axes.
     """
     # A part of a result may lack the amplitudes, which say whether there is a result.
     measured = [name for name in AMPLITUDES if name in ds.variables] or variables

@@ -20,7 +20,7 @@ _QUANTILES, _LEVELS = (0.025, 0.5, 0.975), (0.68, 0.95)
 def posterior(ds: xr.Dataset) -> Figure:
     """Histograms of parameters on the diagonal, pairs of parameters below it.
 
-    Lines mark the quantiles, and contours hold these parts of the draws, as the note says.
+    Lines mark quantiles, and contours hold parts of the draws; the note says which.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # of ArviZ, which corner imports if present

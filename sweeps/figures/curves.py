@@ -99,7 +99,7 @@ def draw_curves(
             )
         on = [draw_measured(panel, axis, layout, data) for panel in drawn.panels]
         own = np.isin(data.variable, variables)
-        # A value may have the parameters of one of several panels.
+        # A value is drawn if any of several panels has its parameters.
         elsewhere = int((own & ~np.any(on, axis=0)).sum())
     for panel in drawn.panels:
         log = panel.variable in logarithmic
@@ -219,7 +219,7 @@ def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line
 # --- measured points over the curves of a sweep ---------------------------------------------------
 
 _THIN = 0.8  # points: edges and error bars
-_SAME = 0.01  # relative: so near, a measurement has the parameter of a panel or curve
+_SAME = 0.01  # relative distance within which a measurement belongs to a panel or curve
 
 
 def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) -> np.ndarray:

@@ -16,7 +16,7 @@ from sweeps.figures.style import COLUMN, SMALL, TEXT, line_at, line_of, new_pane
 
 _HEIGHT, _TALL = 5.2, 7.4
 _JUMP = 0.03  # of the largest order parameter: the least change of phase
-_MARGIN = 0.5  # shown before the first change of phase, of the range from there to the end
+_MARGIN = 0.5  # the part shown before the first change of phase, relative to the part after it
 _ORIGIN: dict[str, Any] = {"color": "0.8", "linewidth": 0.5, "gid": "origin"}
 _FREEZING, _MELTING = CurveStyle(BLUE, 1.4), CurveStyle(VERMILLION, 1.4)
 _THIN: dict[str, Any] = {"linewidth": 1.2}  # these curves never coincide
@@ -211,7 +211,7 @@ def _draw_phases(axes: Axes, ds: xr.Dataset) -> None:
 
 
 def _name_phases(axes: Axes, ds: xr.Dataset, eps: Array, freezing: Array, melting: Array) -> None:
-    """Write the name of each phase into it, and beside each border its symbols."""
+    """Write the name of each phase into its region, and beside each border its symbols."""
     text: dict[str, Any] = {"fontsize": SMALL, "ha": "center", "va": "center"}
     low, right = 0.2 * eps[-1], axes.get_xlim()[1]
     axes.text((freezing.min() + freezing.max()) / 2.0, low, "solid", **text)

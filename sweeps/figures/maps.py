@@ -31,7 +31,7 @@ from sweeps.charts.missing import missing_notes
 from sweeps.figures.panels import Panel, facet_panels, label_axes
 from sweeps.figures.style import SMALL, make_logarithmic, name_ticks, put_legend, put_note
 
-_BORDER_WIDTH = 1.0  # points: well above the 0.4 between pixels
+_BORDER_WIDTH = 1.0  # points: well above the 0.4 of the lines between cells
 
 
 def shades_of(colours: Colours) -> dict[str, Any]:
@@ -124,7 +124,7 @@ def draw_maps(
 
 
 def _require_cells(*axes: Axis) -> None:
-    """Raise ValueError if points of an axis would share a cell, so that some were not seen."""
+    """Raise ValueError if points of an axis would share a cell, so that some would not be seen."""
     for axis in axes:
         if (axis.steps == 0.0).any():
             raise ValueError(
@@ -189,7 +189,7 @@ def _draw_borders(
     """Draw the borders on the panels whose other parameters they have.
 
     Return a line and a label for each type of border; nothing if all have one type. Raises
-    ValueError for borders over other axes, or of no panel.
+    ValueError for borders over other axes, or that belong to no panel.
     """
     over = border_axes(borders)
     if {across.dim, up.dim} != set(over) or across.names or up.names:

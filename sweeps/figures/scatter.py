@@ -127,7 +127,7 @@ def _clouds(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> list[l
 
 
 def _panels(rows: list[list[Cloud]]) -> tuple[Figure, list[list[Axes]]]:
-    """Return the panels of the clouds, with new lines for each variable."""
+    """Return the panels of the clouds; each variable begins a new line of panels."""
     count = len(rows[0])
     across = _across(count)
     down = math.ceil(count / across)

@@ -127,7 +127,7 @@ def _style_settings(file: Path) -> dict[str, Any]:
 
 
 def _require_settings(file: Path) -> None:
-    """Raise ValueError for a line that sets nothing, of which matplotlib would only warn."""
+    """Raise ValueError for a line that sets nothing, about which matplotlib would only warn."""
     for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
         name, colon, _ = line.partition("#")[0].partition(":")
         if name.strip() and (not colon or name.strip() not in mpl.rcParams):
@@ -160,7 +160,7 @@ def line_at(hue: Hue) -> CurveStyle:
 
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:
-    """Return an empty figure of `size` inches, unless the user chose a size, with its canvas."""
+    """Return an empty figure with its canvas, of `size` inches unless the user chose a size."""
     look = _look.get()
     if look.axes is not None:
         raise ValueError("this picture is a whole figure; leave ax out")

@@ -47,7 +47,7 @@ from sweeps.human import counted
 
 _MOST_PORTRAITS = 9
 _PULL_HEIGHT = 4.4  # inches
-_MOST_SLIPS, _LAST_SLIPS = 40, 8  # that a line can show in a column; that are shown beside more
+_MOST_SLIPS, _LAST_SLIPS = 40, 8  # the most that lines show in a column; those shown beside more
 _BANDS = 300  # spans of time, about as many as the dots of a print
 
 
@@ -311,7 +311,7 @@ _ORBIT_HEIGHT = 5.2  # inches
 _LAST = 32  # periods of the stroboscopic map that are highlighted, because they lie on the orbit
 # A closed orbit has a few states there, each within this part of the extent of the map.
 _FEW_STATES, _NEAR = 8, 1e-3
-_LEAST = 16  # periods of the approach that are shown
+_LEAST = 16  # the fewest periods of the approach that are shown
 
 
 def orbit(ds: xr.Dataset) -> Figure:

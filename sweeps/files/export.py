@@ -71,7 +71,7 @@ def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
 def tables(ds: xr.Dataset, path: Path) -> dict[Path, Callable[[Path], None]]:
     """Return for each file of a table the function that writes it, chunk by chunk.
 
-    `ds` is the result of a sweep, a trajectory, whose samples are the rows, or borders. Floats have
+    `ds` is the result of a sweep, a trajectory (its samples are the rows), or borders. Floats have
     all their digits. For points without a result, NaN and the -1 of counts become empty cells. In a
     CSV file, texts that a spreadsheet would run as a formula get an apostrophe in front.
 
@@ -88,7 +88,7 @@ def tables(ds: xr.Dataset, path: Path) -> dict[Path, Callable[[Path], None]]:
 
 
 def _numbered(ds: xr.Dataset) -> xr.Dataset:
-    """Return a result with the numbers of a stack without a coordinate, which part its rows."""
+    """Return a result with numbers along stacks that have no coordinate, to tell the rows apart."""
     dims = ds["status"].dims if "status" in ds.variables else ()
     bare = [dim for dim in dims if dim not in ds.variables and dim not in PARAMETERS]
     return ds.assign_coords({dim: np.arange(ds.sizes[dim]) for dim in bare})
@@ -179,7 +179,7 @@ def _words(codes: np.ndarray, known: Mapping[int, str]) -> Any:
         return words
     import pandas as pd
 
-    # A column of texts, even if all of a chunk are empty.
+    # A column of texts, even if all those of a chunk are empty.
     texts = [None if np.isnan(code) else word for code, word in zip(codes, words, strict=True)]
     return pd.array(texts, dtype="string")
 

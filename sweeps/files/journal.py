@@ -145,7 +145,7 @@ class Journal:
     def append(self, indices: Indices, rows: Rows) -> None:
         """Record finished points: (n,) numbers and (n, columns) rows; known points stay.
 
-        Raises OSError; even then all points in `done` are completely in the file.
+        Raises OSError; even then all computed points in `done` are completely in the file.
         """
         if np.isnan(rows[:, STATUS]).any():
             raise ValueError("a row without a status is no finished point")
@@ -177,7 +177,8 @@ class Journal:
     def chunk(self, number: int) -> Rows:
         """Return the result rows (n, columns) of a chunk, in order; NaN for points not recorded.
 
-        They are valid until the next call, since allocating memory takes longer than filling it.
+        They are valid until the next call, which uses the same memory: allocating it takes longer
+        than filling it.
         Raises DamagedRecordError if a record has been damaged.
         """
         first, end = self.chunks.range(number)
@@ -256,7 +257,7 @@ class Journal:
             places, records = first + np.flatnonzero(sound), records[sound]
             numbers = self._keys.find(records[:, _KEY])
             known = numbers != _ABSENT
-            self._place[numbers[known]] = places[known]  # of equal numbers the last one stays
+            self._place[numbers[known]] = places[known]  # the last record of a number stays
             status[numbers[known]] = records.view(np.float64)[known, _ROW][:, STATUS]
         self.done = status != Status.PENDING
         self.statuses += status_counts(status[self.done])

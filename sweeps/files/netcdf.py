@@ -57,7 +57,7 @@ def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
 
 
 def _opened(path: Path) -> xr.Dataset:
-    """Return the Dataset in a file, whose attributes must be right for the names of variables."""
+    """Return the Dataset in a file; raises StorageError if attributes do not suit a variable."""
     import xarray as xr
 
     file = open_file(path)
@@ -73,7 +73,7 @@ def _opened(path: Path) -> xr.Dataset:
     whole_chunks(file)
     store = xr.backends.NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
     ds = xr.open_dataset(store, cache=False)
-    ds.encoding["source"] = str(path)  # as xarray has it
+    ds.encoding["source"] = str(path)  # as xarray sets it
     return ds
 
 
@@ -82,7 +82,7 @@ def readable(path: Path) -> Iterator[None]:
     """Raise the errors of reading a damaged file as a StorageError."""
     try:
         yield
-    except (ExpectedError, BrokenPipeError):  # has its own message, or no reader
+    except (ExpectedError, BrokenPipeError):  # these have a message, or no reader
         raise
     except FileNotFoundError:
         raise StorageError(RunFolder(path).absence()) from None
@@ -93,8 +93,8 @@ def readable(path: Path) -> Iterator[None]:
 def content_hash(ds: xr.Dataset) -> str:
     """Return the SHA-256 of all variables, coordinates and attributes except `history`, as hex.
 
-    Reproducible means an equal hash: it does not depend on the number of workers or the size of
-    blocks.
+    A result is called reproducible if its hash is always the same: it does not depend on the number
+    of workers or the size of blocks.
     """
     digest = hashlib.sha256()
     for name, value in sorted(ds.attrs.items()):

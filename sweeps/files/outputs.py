@@ -1,4 +1,4 @@
-"""The files of a command that writes: checked first, made aside, given their names at the end.
+"""The files of a command that writes: checked first, made elsewhere, named at the end.
 
 Every command except the sweep, which has a journal, follows one rule. It takes the lock of its
 first file and checks all names that it will write. It makes all files in the folder of the lock and
@@ -79,7 +79,7 @@ class Outputs:
     compares
         Make the files even if they exist, to see whether they would be the same. By default only
         for tables and texts: a NetCDF file holds the request that it was written for, which saves
-        minutes of work in vain.
+        minutes of needless work.
     ways_out
         What the user can do about an existing file.
     """
@@ -138,7 +138,7 @@ class Outputs:
             yield self
 
     def release(self) -> None:
-        """Remove unneeded files if the process ends within `held`."""
+        """Remove unneeded files before the process ends within `held`."""
         self.folder.remove()
 
     def recalled(self) -> xr.Dataset | None:
@@ -285,7 +285,7 @@ class Outputs:
     # --- names ---
 
     def _try_writing(self) -> None:
-        """Raise StorageError if nothing can be written: an error is better before a computation."""
+        """Raise StorageError if nothing can be written, before rather than after a computation."""
         trial = self.place(self.main)
         with storage_errors(f"cannot write {self.main}", self.folder.path):
             try:

@@ -56,7 +56,7 @@ class RunFolder:
         }
 
     def absence(self) -> str:
-        """Return the message for a result that does not exist, or not yet."""
+        """Return the message for a result that does not exist, or does not exist yet."""
         gone = f"{self.output} does not exist"
         if not self.journal.exists():
             return gone

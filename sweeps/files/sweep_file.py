@@ -28,7 +28,7 @@ _COMPRESSION: Mapping[str, Any] = {"compression": "zlib", "complevel": 1, "shuff
 
 # Bytes per point: 8 for each float and 4 for each count, less the gain of compression. This is for
 # stochastic films and motions that never close, of which nearly every number is noise (140 to 158).
-# Periodic points of a random sample take 132, and those of a smooth map down to 95.
+# Periodic points of a random sample take 132, and those of a smooth map as few as 95.
 RESULT_BYTES_PER_POINT = 160
 RESULT_BYTES = 1 << 18  # for its structure and the files beside it
 _SEAL = 1 << 11  # for the seal, and what a sweep adds to the attributes
@@ -64,7 +64,7 @@ def write_result(
     """Write a result to `temporary`, read it back, and let it replace an older one.
 
     `rows` returns the result rows (n, columns) of a chunk; NaN rows become `pending`; `statuses`
-    (128,) is the number of points of each status to expect. The seal is added to the `attributes`,
+    (128,) is the expected number of points of each status. The seal is added to the `attributes`,
     which hold the config.
 
     Raises StorageError if the file cannot be written or does not read back as written; an older
@@ -87,7 +87,7 @@ def write_result(
 
 
 def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], temporary: Path) -> None:
-    """Write a result without its numbers, and remove it: an error is better before the sweep.
+    """Write a result without its numbers, and remove it, so that errors come before the sweep.
 
     Raises StorageError.
     """
@@ -101,9 +101,9 @@ def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], tempo
 
 
 def most_bytes(grid: Grid, chunks: Chunks, attributes: Mapping[str, str]) -> int:
-    """Return the size that a result file hardly exceeds; nothing is left on the disk.
+    """Return a size that a result file hardly ever exceeds; nothing is left on the disk.
 
-    Its structure, which depends on the axes and on the length of the config, is written to see.
+    Its structure, which depends on the axes and on the length of the config, is written to measure.
     """
     nothing = np.full((1, len(RESULT_COLUMNS)), np.nan)
     with tempfile.TemporaryDirectory(dir=_MEMORY if os.access(_MEMORY, os.W_OK) else None) as place:

@@ -65,7 +65,7 @@ class FitError(ExpectedError, ValueError):
 class _Progress:
     """The progress of a fit as the number of trials so far, of an unknown total.
 
-    The outlook is the best fit, once it is known, and how far a posterior is.
+    The outlook is the best fit, once it is known, and how far a posterior has got.
     """
 
     goal: ClassVar[None] = None
@@ -83,7 +83,7 @@ class _Progress:
         self.outlook = f"{self._best}; sampling the posterior"
 
     def sampled(self, posterior: Posterior) -> None:
-        """Show how far the posterior is."""
+        """Show how far the posterior has got."""
         self.outlook = (
             f"{self._best}; posterior: {posterior.steps} of some {posterior.likely_steps} steps, "
             f"R-hat {posterior.agreement:.2f} (settles below {ALIKE})"
@@ -144,7 +144,7 @@ def fit(
         in the forms of `sample` in configs. The prior of any other parameter is uniform on its
         scale, within the bounds of trials.
     workers
-        Number of threads or processes, counted as joblib's `n_jobs`; by default the setting of
+        Number of threads or processes, counted like joblib's `n_jobs`; by default the setting of
         `joblib.parallel_config`, or else of `execution` in the config.
     progress
         Show the number of trials so far.
@@ -175,11 +175,11 @@ def fit(
         The workers are not available, or were lost.
     FitError
         The package uncertainties, or emcee for a posterior, is missing; the config has axes or a
-        stochastic film; there is a single free parameter, or no more data than parameters, for a
-        profile.
+        stochastic film; for a profile, there is a single free parameter, or no more data than
+        parameters.
     PosteriorError
-        The fit is exact, or has as many parameters as data without errors; or it or too many trials
-        lack a value.
+        The fit is exact, has as many parameters as data without errors, or lacks a value; or too
+        many trials lack a value.
     """
     if not isinstance(config, Config):
         config = read_config({} if config is None else config)
@@ -198,7 +198,7 @@ def fit(
 
 
 def odd_values(data: Measurements, config: Config, source: Table) -> list[str]:
-    """Return warnings of parameters in data that look like values in another unit."""
+    """Return warnings about parameters in data that look like values in another unit."""
     named = str(source) if isinstance(source, (str, Path)) else "table"
     columns = {name: values.tolist() for name, values in data.parameters.items()}
     return warnings_of_columns(columns, config, named)

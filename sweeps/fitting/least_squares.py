@@ -177,8 +177,8 @@ def _shortened(slopes: Floats, misfits: Floats, radius: float) -> Floats:
 def settled(fit: Fit, least: float) -> Steps[Fit]:
     """Return a minimum after a few more Gauss-Newton steps, as long as they stay within it.
 
-    Because chi2 is rough, below `least` for an exact fit, a fit ends some 1e-3 standard errors from
-    its minimum, at another place for each start. The derivative of chi2 is smooth.
+    Because chi2 is rough (by up to `least` for an exact fit), a fit ends some 1e-3 standard errors
+    from its minimum, at a different place for each start. The derivative of chi2 is smooth.
     """
     for _ in range(_LAST_STEPS):
         step = -np.linalg.pinv(fit.slopes, rcond=_RANK) @ fit.trial.residuals

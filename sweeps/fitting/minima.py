@@ -42,7 +42,7 @@ _TRIALS, _GENERATIONS = 16, 40
 # It ends early if chi2 varies by no more than these fractions of itself, or of the squares of the
 # data, and trials by no more than this fraction of the box. A plateau alone is no minimum.
 _ALIKE, _ALIKE_EXACT, _NEAR = 0.1, 1e-7, 0.1
-# A closer search may leave the extent of its first population by this fraction of it.
+# A closer search may go beyond the extent of its first population by this fraction of it.
 _BEYOND = 0.5
 # SciPy refuses a start at an end of the box if its scaling rounds it to the outside, so a start
 # stays this fraction of the box within.
@@ -204,7 +204,7 @@ class Search:
         return [*{id(trial): trial for trial in (*chosen, *hopeful, *apart)}.values()]
 
     def _apart(self, ranked: Sequence[Trial], part: float) -> list[Trial]:
-        """Return the first trials at a distance from each other, a fraction of the box."""
+        """Return the first trials that lie a fraction of the box apart."""
         apart: list[Trial] = []
         for trial in ranked:
             near = (np.all(np.abs(trial.u - one.u) < part * self.model.wide) for one in apart)

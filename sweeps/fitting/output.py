@@ -102,7 +102,7 @@ def curve_config(fit: Fit, config: Config) -> Config:
     if np.max(fit.trial.results[:, _PERIODS]) <= PATIENCE.periods:  # as much as the data needed
         written["stationary"]["max_periods"] = min(config.stationary.max_periods, PATIENCE.periods)
     names = ", ".join(each.name for each in free)
-    # Of a run from the start, perhaps with a parameter that the data vary.
+    # A schedule is for a run from the start, perhaps with a parameter that the data vary.
     written["simulation"].pop("schedule", None)
     written["title"] = config.title or f"Fit of {names} to {counted(len(data.value), 'value')}"
     others = [*axes][1:]
@@ -311,7 +311,7 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
         low, high = _ends(own, "interval")
         line = f"{name}: {value:.7g}{units}"
         if code is not Determination.AT_BOUND and np.isfinite([low, high]).all():
-            # The error limits the digits; the file has all.
+            # The error limits the digits; the file has all of them.
             line = f"{name}: {with_error(value, error)}{units}"
             line += f", {100 * LEVEL:g} %: {_interval(low, high)}"
         if "parameter_profile_lower" in own:

@@ -74,7 +74,8 @@ def free_parameters(free: Free, fixed: Parameters, columns: Iterable[str]) -> li
     `free` has names or symbols, and possibly the range (lowest, highest) of trials, in SI units.
     `columns` are the parameters in the data.
 
-    Raises FreeError for a parameter that is unknown, a column of the data, or without valid range.
+    Raises FreeError for a parameter that is unknown, a column of the data, or without a valid
+    range.
     """
     ranges = [name.strip() for name in free.split(",")] if isinstance(free, str) else free
     if not isinstance(ranges, Mapping):

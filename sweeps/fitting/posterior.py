@@ -55,7 +55,7 @@ class Posterior(NamedTuple):
     `logs` (walkers, draws) are the logarithms of their probability, relative to the likelihood of
     the minimum. Each walker has made `steps` steps, and `thinning` steps lie between draws.
     `correlated` (p,) are autocorrelation times in steps. `agreement` is the largest R-hat of a
-    parameter or of the weight of a basin. `settled` says whether the steps are many enough and the
+    parameter or of the weight of a basin. `settled` says whether there are enough steps and the
     walkers agree. `lost` is the fraction of trials that lack a value and might have been probable.
     `priors` describes the priors in words.
     """
@@ -78,7 +78,7 @@ class Posterior(NamedTuple):
 
     @property
     def likely_steps(self) -> int:
-        """The number of steps that the autocorrelation times of the parameters so far demand."""
+        """The number of steps that the present autocorrelation times of the parameters demand."""
         wanted = LONG * float(np.max(self.correlated)) / (1.0 - _FORGOTTEN)
         return _CHECKED * math.ceil(min(wanted, MOST_STEPS) / _CHECKED)
 
@@ -119,9 +119,9 @@ def posterior_of(
     priors: Mapping[str, Distribution],
     show: Callable[[Posterior], None] = lambda _: None,
 ) -> Posterior:
-    """Return draws of the free parameters, as often as probable, from all basins seen in a search.
+    """Return free parameters drawn in proportion to probability, from all basins seen in a search.
 
-    `show` gets what is there after each check of the convergence.
+    `show` receives the posterior so far after each check of the convergence.
 
     Raises PosteriorError if the fit is exact or has as many parameters as data, so that errors are
     unknown, or if the fit or too many trials lack a value.
@@ -180,7 +180,7 @@ def posterior_of(
 def _within(
     prior: Callable[[Floats], Floats], walkers: list[Trial], seen: list[Trial], fit: Fit
 ) -> Floats:
-    """Return the places of walkers, after replacing those excluded by a prior by the best seen."""
+    """Return the places of walkers; the best seen replace those that a prior excludes."""
     places = np.array([walker.u for walker in walkers])
     excluded = np.flatnonzero(~np.isfinite(prior(places)))
     if len(excluded):

@@ -1,9 +1,9 @@
 """Statistics of a minimum: standard errors, correlations, intervals, undetermined parameters.
 
-Next to a jump an amplitude may change with the logarithm of the distance. Its datum is then met
-anywhere along the jump, in a well as narrow as 1e-5 of a parameter. Such a datum fixes the place of
-the minimum and gives no other information. Intervals therefore come from all other data, and count
-from the chi2 of all.
+Next to a jump an amplitude may change with the logarithm of the distance. Its datum can then be
+fitted anywhere along the jump, in a well as narrow as 1e-5 of a parameter. Such a datum fixes the
+place of the minimum and gives no other information. Intervals therefore come from all other data,
+and are measured from the chi2 of all data.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LEVEL = 0.95
 """The probability of an interval."""
 
 # Relative to the amplitudes; ten times their roughness. A smaller change does not determine a
-# derivative to a tenth.
+# derivative to within a tenth.
 _ROUGHNESS = 1e-7
 # A larger standard error, in the natural unit or the logarithm, leaves a parameter undetermined.
 _LARGE = 1.0
@@ -53,7 +53,7 @@ class Determination(IntEnum):
 class Statistics(NamedTuple):
     """Standard errors (p,) and correlations (p, p) on the scales of the parameters.
 
-    They are NaN for parameters without a standard error, see `determination` (p,). `intervals`
+    They are NaN for parameters without a standard error; see `determination` (p,). `intervals`
     (p, 2) hold the true value with the probability `LEVEL`. `jumps` (n,) marks data whose kind of
     motion changes within the intervals; their jumps bound the basin of the minimum.
     """
@@ -102,8 +102,8 @@ def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Tr
     Standard errors hold only if chi2 is a parabola. At the ends of the interval of each parameter
     the others are refitted, and the end moves outwards if chi2 has not risen enough. Intervals
     include all other trials that fit about as well, or that are so numerous that the truth may lie
-    among them. The standard error follows the longer side. A trial better than the minimum belongs
-    to another minimum.
+    among them. The standard error follows from the longer side. A trial better than the minimum
+    belongs to another minimum.
     """
     goal, intervals = _goal(fit), known.intervals.copy()
     sides = _sides(fit, known, fit.left_out) if math.isfinite(goal) else []
@@ -249,11 +249,11 @@ def _profile_end(side: _Side, goal: float) -> Steps[float]:
 
 
 def as_probable(fit: Fit, known: Statistics, worse: Sequence[Trial], count: int) -> list[Trial]:
-    """Return the trials, of an even sweep of `count`, among which the truth may lie: none, or most.
+    """Return the trials of an even sweep of `count` among which the truth may lie: none, or most.
 
     A narrow minimum may fit the noise better than a wide plateau that contains the truth. Each
     trial represents its share of the box, and a minimum its ellipsoid, both weighted by likelihood.
-    The trials left out have together a probability of no more than 1 - `LEVEL`.
+    The trials left out together have a probability of no more than 1 - `LEVEL`.
     """
     if not worse or not 0.0 < fit.scale < math.inf:
         return []
@@ -272,8 +272,8 @@ def log_likelihood(fit: Fit, trial: Trial, cost: float | None = None) -> float:
     """Return the logarithm of the likelihood of a trial, relative to the minimum.
 
     If errors are known only from the residuals, it holds for any common factor of the errors.
-    `cost` replaces the cost of the trial. If it leaves out data that the fit counts, it may be 0 or
-    lie far below; the logarithm is then large, but finite.
+    `cost` replaces the cost of the trial. If that cost leaves out data that the fit counts, it may
+    be 0 or far below the fit's; the logarithm is then large, but finite.
     """
     above = (trial.cost if cost is None else cost) - fit.trial.cost
     if fit.model.data.relative:

@@ -111,7 +111,7 @@ class Trial:
 
     @property
     def signature(self) -> bytes:
-        """The kinds of all rows in a form that compares fast."""
+        """The kinds of all rows in a form that is fast to compare."""
         return self.kinds.tobytes()
 
 

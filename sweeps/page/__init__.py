@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_ORBITS = 200
-"""Orbits in a page, about a megabyte."""
+"""The most orbits in a page, about a megabyte."""
 
 MOST_POINTS = 300_000
-"""Points in a page, some 15 megabytes: about as much as a browser opens."""
+"""The most points in a page, some 15 megabytes: about as much as a browser opens."""
 
 _MARK = b'<meta name="generator" content="stickslip report">'  # of page.html
 _HEAD = 1 << 12  # bytes of a page that hold it

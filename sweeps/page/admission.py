@@ -50,7 +50,7 @@ def parsed(head: str) -> Request:
         if line is None:
             raise RefusedError(400, _ODD)
         name, text = line[1].lower(), line[2].strip(" \t")
-        # A header may be repeated; a second Host makes one that does not belong to this page.
+        # A header may be repeated; two Hosts are joined into one that does not belong to this page.
         headers[name] = f"{headers[name]}, {text}" if name in headers else text
     path, _, query = start[2].partition("?")
     return Request(start[1], path, parse_qsl(query, keep_blank_values=True), headers)

@@ -55,7 +55,7 @@ def start_along(ds: xr.Dataset, dim: str) -> int:
 def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
     """Return up to `most` computed points of a result, as their numbers in C order.
 
-    First comes the point at which the page opens, then the points without a result. Both sides of
+    The point at which the page opens is chosen first, then points without a result. Both sides of
     the boundaries between regimes take up to half of the rest, shared by all kinds of boundary. The
     others are spread evenly over the axes, or drawn at random if cases are in no order.
     """

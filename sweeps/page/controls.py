@@ -133,10 +133,10 @@ def units_of(parameter: ParameterVariable) -> str:
 
 # --- the values that a slider reaches, and their texts --------------------------------------------
 
-_STEPS = 200  # of a linear slider, or up to five times as many
+_STEPS = 200  # of a linear slider, or up to 2.5 times as many
 _DECADE = 100  # steps of a logarithmic slider over a factor of ten
 _WIDE = 100.0  # the factor from the default to the ends of a slider that is not in the table
-_LARGEST_DENOMINATOR, _LARGEST_FRACTION = 12, 2  # beyond, a decimal is easier to read
+_LARGEST_DENOMINATOR, _LARGEST_FRACTION = 12, 2  # beyond them, a decimal is easier to read
 _LONGEST = 9  # characters that a box shows
 _SMALL = 1e-3  # smaller numbers are written with an exponent
 

@@ -117,14 +117,14 @@ def page_of(
     orbits
         The largest number of orbits in the page, which are computed again.
     workers
-        Threads that compute the orbits; 2 by default.
+        Threads that compute the orbits; by default one for each core that the process may use.
     warning
         A sentence about the result that readers of the page must know.
     borders
         What `StickslipAccessor.boundaries` returns, drawn on the map over their axes.
     on_orbit
-        Called in any thread with the number of finished orbits and of all; first with 0, before
-        the kernels are compiled.
+        Called in any thread with the numbers of finished orbits and of all orbits; first with 0,
+        before the kernels are compiled.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def _of_result(
         "parameters": [parameter(ds, name) for name in parameters_of(ds)],
         "variables": [variable(ds, name, colours) for name, colours in variables.items()],
         "replay": escape(shlex.join(["stickslip", "replay", name, *sliced])),
-        # Of values along axes; those of a slice have neighbours in the file that the page lacks.
+        # For values along axes; those of a slice have neighbours in the file that the page lacks.
         "fewestDigits": 17 if any("," in text for text in at) else _EMPTY["fewestDigits"],
     }
     parts = {

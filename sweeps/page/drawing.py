@@ -119,11 +119,11 @@ def _put_above(drawn: figure, legend: Legend, columns: int, spacing: int) -> Non
 # --- charts ---------------------------------------------------------------------------------------
 
 _LOW = 200  # pixels: the height of a strip
-_DOT, _FEW = 4.0, 40  # pixels by which dots exceed the line, if there are no more than so many
-_SMALL_DOT = 2.0  # pixels: the least size of more dots
+_DOT, _FEW = 4.0, 40  # pixels by which dots exceed the line, if there are at most this many
+_SMALL_DOT = 2.0  # pixels: the smallest size if there are more
 _POINT, _MARK = 7.0, 15.0  # pixels
 CROSSES = 0.97
-"""The height of the marks of missing points of curves, as a part of the panel."""
+"""The height at which missing points of curves are marked, as a part of the panel's."""
 
 
 def draw(chart: Chart, height: int, mapper: ColorMapper) -> figure:

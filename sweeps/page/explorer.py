@@ -76,7 +76,7 @@ class Explorer:
         self._server.stop()
 
     def __repr__(self) -> str:
-        return f"stickslip explore at {self.address}"  # as it is copied, up to a space
+        return f"stickslip explore at {self.address}"  # a terminal copies it up to a space
 
     def _repr_html_(self) -> str:
         address = escape(self.address)

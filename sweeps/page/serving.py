@@ -26,21 +26,21 @@ from sweeps.exits import Exit, ExpectedError
 from sweeps.page.admission import LOOPBACK, Guard, Query, RefusedError, parsed
 
 # Connections without the token are limited in number, time and bytes, so that they exhaust neither
-# the files nor the memory of this process.
+# the file descriptors nor the memory of this process.
 _STRANGERS = 64
 _REQUEST_SECONDS = 10.0
 _HEADER_BYTES = 1 << 14
-# Few, so that known connections are read before they are the oldest among many new ones.
+# Few, so that known connections are read before many new ones make them the oldest.
 _ACCEPTED_AT_ONCE = 16
 _BACKLOG = 1024  # a client without a place in the queue tries again a second later
 _NO_FILES_SECONDS = 0.05
-# A signal does not end a wait that begins just after it, or in another thread than the one that
-# gets it. Python acts on it when the wait is over.
+# A signal does not end a wait that begins just after it, or a wait in a thread other than the one
+# that gets it. Python acts on it when the wait is over.
 _DEAF_SECONDS = 0.5
 
 _ADMITTED = 64
 _STALLED_SECONDS = 30.0
-_SEND_BYTES = 1 << 18  # of the system, which takes more when a third of them has been read
+_SEND_BYTES = 1 << 18  # in the system's buffer, which takes more when a third has been read
 
 _LONG = f"the headers of a request have at most {_HEADER_BYTES} bytes"
 _NOWHERE = "there is nothing at this path"
@@ -165,7 +165,7 @@ class PageServer:
                 client, _address = self._listening.accept()
             except (BlockingIOError, ConnectionError):
                 return
-            except OSError:  # this process has no file left; an immediate retry would fail again
+            except OSError:  # no file descriptor is left; an immediate retry would fail again
                 time.sleep(_NO_FILES_SECONDS)
                 return
             if len(self._strangers) >= _STRANGERS:
@@ -303,7 +303,7 @@ def _pieces(route: Route, query: Query) -> Generator[bytes, None, None]:
 
 
 def _deliver(client: socket.socket, route: Route, query: Query) -> None:
-    """Send the answer of a route; reset the connection if it breaks off, or it would look whole."""
+    """Send a route's answer; if cut short, it must not look whole, so the connection is reset."""
     # Otherwise a small piece would wait until the previous one is acknowledged.
     client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
@@ -319,7 +319,7 @@ def _send(client: socket.socket, piece: bytes) -> None:
     """Send a piece; raises OSError if the client is gone, or reads nothing for too long."""
     client.setblocking(False)
     with contextlib.suppress(BlockingIOError):
-        if not client.recv(1, socket.MSG_PEEK):  # only sending a second piece would fail
+        if not client.recv(1, socket.MSG_PEEK):  # otherwise only a second piece would fail
             raise ConnectionAbortedError
     client.settimeout(_STALLED_SECONDS)
     rest = memoryview(piece)

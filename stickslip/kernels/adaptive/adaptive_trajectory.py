@@ -127,7 +127,7 @@ def _make_disturb(functions: ProblemFunctions) -> Any:
         s: Samples,
     ) -> tuple[State, State, float]:
         stream, p = s.stream, problem.p
-        # Only accepted steps draw. The count is a float because a stream is a row of floats.
+        # Only accepted steps draw a number. The count is a float, as a stream is a row of floats.
         low, high, path, period = stream[KEY_LOW], stream[KEY_HIGH], stream[PATH], stream[PERIOD]
         xi = normal_number(low, high, path, period, stream[DRAWN])
         stream[DRAWN] += 1.0

@@ -1,4 +1,4 @@
-"""The adaptive method for many points at once, in lanes, as the table `options.METHODS` names it.
+"""The adaptive method for many points at once, in lanes, a module in the table `options.METHODS`.
 
 Every module in that table has the functions in `options.OFFERED`.
 """
@@ -68,8 +68,8 @@ _ELSEWHERE = 1e-2
 
 # If the end of a cycle differs from its start by more than this, weighted as in the test of
 # repetition, the cycle is not on the orbit, even if it ends there. The limit is a difference of 1
-# in ln(phi). The search accepts this up to thousands of tolerances, and the stress can then differ
-# by a factor of seven.
+# in ln(phi). The search accepts differences of up to thousands of tolerances, and the stress can
+# then differ by a factor of seven.
 _MOVED = 1e-3
 
 # Wandering motions are watched with this fraction of the tolerance. The second number limits how
@@ -287,8 +287,8 @@ def _watching_tolerance(settings: Settings) -> float:
     """Return the tolerance to which wandering motions are integrated while they are watched.
 
     Chaos amplifies the errors of the integrator until they affect the statistics, so this is finer
-    than the user's tolerance. It has a limit, since the length of the window limits the statistics
-    anyway.
+    than the user's tolerance. There is a limit, since the length of the window limits the
+    statistics anyway.
     """
     finer = min(max(_WATCHED_PART * settings.rtol, _WATCHED), REFINEMENT * settings.rtol)
     return max(finer, TIGHTEST)

@@ -1,7 +1,7 @@
 """The kernels of the adaptive method, which integrate many motions in lanes.
 
 A point is integrated half a drive period at a time, over phases 0 to pi in its own units
-(model/scaling.py), and then mirrored, which maps its orbit onto itself. A lane takes the next point
+(model/scaling.py), and then mirrored, which maps orbits onto orbits. A lane takes the next point
 as soon as its point has ended. A kernel returns some points that have ended while others are still
 on their way. Its arrays then hold everything that it needs to continue.
 """
@@ -273,7 +273,7 @@ def _make_handle_event(
         values, row = lanes.values, lanes.rows[lane]
         begin_half(values, lane, mirrored(get_state(values, SLOTS.state, lane)))
         if task.mode >= MEASURE:
-            # The record turns with the frame; a maximum is the minimum of the mirror image.
+            # The record is mirrored with the frame; a maximum is the minimum of the mirror image.
             mirror_record(values, lane)
             begin_record(values, lane, False)
         if task.mode == VARY:
@@ -336,7 +336,7 @@ def _make_noise(problems: Any, width: int, *, chance: bool) -> tuple[Any, int]:
 def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> Any:
     """Return the function of a pass over problems that `problems(lanes, lane)` reads.
 
-    With `two_solids` it counts changes between a soft and a hard solid.
+    With `two_solids` the pass also counts changes between a soft and a hard solid.
 
     It maps (motions, more, lanes, task, attempts) to the number of motions that have not ended,
     among those in lanes and queue and in the rows `more` (m,). It works for this number of attempts
@@ -405,7 +405,7 @@ class InLanes:
     def go_on(self, more: np.ndarray) -> np.ndarray:
         """Go on with the motions and `more` rows; return the rows of some that have ended.
 
-        An empty array means that all have ended. It is valid until the next call.
+        An empty array means that all have ended. The array is valid until the next call.
         """
         ended, counts = self._lanes.ended, self._lanes.counts
         left = self._kernel(self._motions, more, self._lanes, self._task, WORK)

@@ -58,7 +58,7 @@ FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, LOWEST, HIGHEST = range(STRESS + 1,
 _INNER = 0.5 * math.sqrt(0.2)
 NODES = (0.0, 0.5 - _INNER, 0.5 + _INNER, 1.0)
 _PARTS = (NODES[1] - NODES[0], NODES[2] - NODES[1], NODES[3] - NODES[2])
-# The part of an outer interval in both that a parabola covers.
+# An outer interval as a fraction of the two intervals that a parabola covers.
 _OUTER = _PARTS[0] / (_PARTS[0] + _PARTS[1])
 WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 

@@ -47,20 +47,20 @@ from stickslip.numerics.adaptive import OK
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
-# The error estimate contains these fractions, for a tolerance cut to a tenth, of the difference of
+# For a tolerance cut to a tenth, the error estimate contains these fractions of the difference of
 # the two measurements and of the shift of the orbit. The second fraction is larger if a liquid film
 # crosses a cusp of the law at full speed. Two measurements may agree by accident, so there is also
-# a smallest credible error, in tolerances. It is largest if a film melts, at a time that one step
-# more or less changes, or is near its strength; it is smallest if the equations are smooth
+# a smallest credible error, in tolerances. It is largest if a film is near its strength or melts,
+# as one step more or less changes the time of melting; it is smallest if the equations are smooth
 # (docs/decisions/amplitude-error.md).
 _DIFFERENCE_PART = 0.15
 _SHIFT_PART, _SHIFT_PART_PAST_CUSPS = 0.15, 0.5
 _LEAST, _LEAST_AT_CUSP, _LEAST_PAST_CUSPS, _LEAST_OF_FRONTS = 0.0025, 0.01, 0.015, 0.03
 
 # The same numbers for integrals, with the smallest error relative to the integral. The loss needs
-# more than amplitudes, because the steps are fitted to the motion and not to the slip by which a
-# locked block loses energy: least if a film melts, more if it is liquid and its law has a cusp, and
-# most otherwise. Integrals of the motion need less (docs/decisions/work.md).
+# larger ones than amplitudes, because the steps are fitted to the motion and not to the slip by
+# which a locked block loses energy: least if a film melts, more if it is liquid and its law has a
+# cusp, and most otherwise. Integrals of the motion need less (docs/decisions/work.md).
 _DIFFERENCE_PART_OF_INTEGRALS = 1.0
 _LEAST_OF_MELTING, _LEAST_OF_SLIDING, _LEAST_OF_OTHERS = 0.05, 0.1, 0.2
 _LEAST_OF_MOTION = 0.02
@@ -207,7 +207,7 @@ def _write_uncertainties(
 class RowKernels(NamedTuple):
     """The kernels of a model; `points` (n, parameters) in SI units.
 
-    `longer` are the points `lengthened`, `motions` the state after the finer measurement of the
+    `longer` are the `lengthened` points, `motions` the state after the finer measurement of the
     `orbits`, and `rtol` is the coarser tolerance.
     """
 

@@ -31,16 +31,17 @@ from stickslip.options import Physics
 # Budget of steps of a motion, beyond which the multiplier stays unknown.
 _MAX_STEPS = 20_000_000
 
-# Half periods over which the tolerance of the points does not blur a multiplier. The tolerances are
-# for longer cycles, and then for results above 1, which no attracting orbit has.
+# Half periods over which the tolerance of the points does not blur a multiplier. Multipliers
+# of longer cycles, and those above 1, which no attracting orbit has, are measured again at the
+# first of these tolerances, and those still above 1 at the second.
 _SHORT = 2
 _TIGHT = (1e-8, 1e-10)
 
 # The method damps free oscillations of the block if its steps, which follow the film and the drive,
-# do not resolve them. Above the first number, the logarithm of this spurious damping over a cycle,
-# the multiplier is measured again with steps that are short enough for the second one, unless they
-# would be more than `_MOST_STEPS`. If it is then above `_GROWS`, but not above what the damping
-# makes up for, the motion came to an unstable orbit because it was damped.
+# do not resolve them. If the logarithm of this spurious damping over a cycle is above the first
+# number, the multiplier is measured again with steps that are short enough for the second one,
+# unless there would be more than `_MOST_STEPS`. If it is then above `_GROWS`, but not above what
+# the damping makes up for, the motion came to an unstable orbit because it was damped.
 _DAMPS, _LITTLE_DAMPING, _MOST_STEPS, _GROWS = 1e-2, 3e-4, 2_000_000, 1.001
 
 Components = tuple[Component, ...]

@@ -7,7 +7,7 @@ respect to the first state, come from the columns at its place; its shift in tim
 first order. The slopes of an integral are integrals of the derivatives of its integrand.
 
 The columns describe infinitesimal displacements, but the observables are compared over a finite
-distance. If a film locks a block, the slope of friction holds only for such small displacements
+distance. If a film locks a block, the slope of friction holds only for displacements so small
 that it says nothing about the force.
 """
 
@@ -56,8 +56,8 @@ from stickslip.numerics.linear import Matrix, Vector, algebra, larger
 from stickslip.numerics.variational import DAMPING as DAMPING_OF_A_STEP
 from stickslip.numerics.variational import NODES, make_variational_step, shift_of
 
-# A step is near the cusp at u = 0 if u changes by more than this part of itself. The motion of u is
-# genuine if its rates at both ends agree with its change up to this factor.
+# A step is near the cusp at u = 0 if u changes by more than this fraction of itself. The motion of
+# u is genuine if its rates at both ends agree with its change to within this factor.
 _NEAR, _UNLIKE = 0.2, 10.0
 
 # The square of a rate, in units of the drive's rate, above which a motion is fast.

@@ -1,4 +1,4 @@
-"""Euler-Cromer for many points at once, in lanes, as the table `options.METHODS` names it."""
+"""Euler-Cromer for many points at once, in lanes, a module in the table `options.METHODS`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
 
 
 def rounding(options: Options) -> float:
-    """Return the tolerance at which a cusp of the law is rounded: 0, as none is."""
+    """Return the tolerance at which a cusp of the law is rounded: 0, as no cusp is."""
     return 0.0
 
 

@@ -127,7 +127,7 @@ def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any
 
 
 def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) -> Any:
-    """Return the function (p, V, y, lanes, lane) that records the start of a step for all of it."""
+    """Return the function (p, V, y, lanes, lane) that records a step by the state at its start."""
     see_integrals = make_see_integrals(_record, (1.0,))
 
     @inline
@@ -145,8 +145,8 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
         # A record begins at phase 0.
         phase = p.values.angular_frequency * get(lanes, RECORD_BEGIN + ELAPSED, lane)
         power, loss = F * v - own, F * u + own
-        # F replaces the force computed from the motion, which shares terms with the step; the
-        # compiler would then round the step in another way.
+        # F replaces the force computed from the motion. That force shares terms with the step,
+        # which the compiler would then round in another way.
         moment = Moment(x, V, u, phi, sigma_el, F, power, loss, F, phase)
         see_integrals(lanes, lane, (moment,), 1.0, True)
         _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
@@ -166,7 +166,7 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
 
 
 def _chance_of(family: Family) -> Chance:
-    """Return the random numbers of lanes, which only stochastic noise has."""
+    """Return the random numbers of lanes; only stochastic noise has any."""
     if not family.physics.chance:
         return NO_RANDOM_NUMBERS
     # Imported here since only stochastic films need it.

@@ -106,7 +106,7 @@ def step_reduction(law: str) -> Callable[[Parameters, int, np.ndarray], None]:
         units = step_units(p, steps)
         write(p, units, row)
         if p.elastic_coefficient == 0.0:
-            row[relaxation] = 0.0  # so that the literal 1 for `a` makes no stress
+            row[relaxation] = 0.0  # so that the literal 1 for `a` causes no stress
         D_eff = noise.effective_intensity(p) * units.time
         t = thresholds_in(units, solids.thresholds(p))
         # A film that is always solid never melts.

@@ -68,7 +68,7 @@ class StochasticMarch(March):
     def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
         """Take the points through a period as `March` does, with the period's random numbers."""
         rows = self.tasks.rows
-        rows[:, GROUP] = 0.0  # random numbers count within a drive period
+        rows[:, GROUP] = 0.0  # random numbers are counted within a drive period
         outcome = super().period(which, limits // SIGNS * SIGNS, measured=measured)
         rows[:, SLOTS + PERIOD] += 1.0
         return outcome

@@ -1,4 +1,4 @@
-"""How motions reach their orbits: they are searched, watched if they wander, and searched again.
+"""How motions reach their orbits: a search, a watch over those that wander, and another search.
 
 This is the same for all methods.
 """

@@ -42,7 +42,7 @@ class Motions(NamedTuple):
     `points` (n, reduced parameters) are as in `Reduced`, followed by a stream of random numbers if
     the noise is stochastic. `rtols` (n,) are the tolerances, and `longest` (n,) the longest steps.
     `states` (n, width + 1) hold the state in the point's own units and the next step, at phase 0.
-    `control` (n, CONTROL) is the state of the step control, so that a motion in pieces has the same
+    `control` (n, CONTROL) is the step control's state, so a motion taken in pieces has the same
     bits. `counts` are (n, COUNT_COLUMNS). `film` (n, 2) has the lowest and highest ln(phi) of the
     last half period without record. `ahead` (n, MOST_AHEAD, columns) has, in the layout of
     `ahead_of`, the result of each application that is not judged yet. `measured` is (n, RECORD),

@@ -64,12 +64,12 @@ _SEARCH = 1e-5
 # that it does not skip the periods in which the film freezes.
 _LATE_JUMP = 0.1
 
-# The number of searches at a time, of 15 to 18 kB each. They are so many that no lane waits, and so
-# few that a long search begins early, while there are others for the remaining lanes.
+# The number of searches at a time, of 15 to 18 kB each. There are so many that no lane waits, and
+# so few that a long search begins early, while there are others for the remaining lanes.
 AT_A_TIME = 4 * LANES
 
-# For each such number of applications that no verdict has disturbed, a search takes one more at a
-# time, so that fewer than one in this number are dropped.
+# For each such number of applications since a verdict last moved the state, a search takes one more
+# at a time, so that fewer than one in this number are dropped.
 _UNDISTURBED = 8
 
 _STAYS, _LEAVES = -1, -2
@@ -107,7 +107,7 @@ class Search(NamedTuple):
     accelerate: bool
     per_period: int = 2
     late: bool = False
-    """True for a search that follows one without a cycle."""
+    """True for a search that follows one that found no cycle."""
 
 
 @inline

@@ -66,7 +66,7 @@ class Watched(NamedTuple):
     window are in drive periods. `begins` and `ends` (n, columns) are the states before and after
     it, as finals. `means`, `errors` and `spreads` (n, 2) belong to the amplitudes of single
     periods. `exponents` (n,) are the growth of tangent vectors per period. `aperiodic` (n,) is a
-    flag, without which the statistics are NaN. `periods` (n,) are the periods watched.
+    flag; where it is false, the statistics are NaN. `periods` (n,) are the periods watched.
     """
 
     records: np.ndarray

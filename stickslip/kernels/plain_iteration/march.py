@@ -79,7 +79,7 @@ class PlainMarch:
         self.periods = np.zeros(count, np.int64)
 
     def advance(self, family: Family) -> Callable[[np.ndarray], np.ndarray]:  # noqa: ARG002 - March
-        """Return the function that takes all its rows (m,) a period further."""
+        """Return the function that takes all given rows (m,) a period further."""
 
         def period(which: np.ndarray) -> np.ndarray:
             self.next_period(which, measured=False)

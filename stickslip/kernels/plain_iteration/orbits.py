@@ -40,7 +40,7 @@ INACCURATE = int(Status.INACCURATE)
 _RTOL = 1e-9
 _MAX_STEPS = 20_000_000
 
-# The difference of two records contains both extrema, but an amplitude is half their difference.
+# The difference of two records adds those of both extrema; an amplitude is half of max - min.
 _AMPLITUDE_PART = 0.5
 
 

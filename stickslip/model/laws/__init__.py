@@ -52,7 +52,7 @@ class FrictionLaw:
     rounded: Callable[..., tuple[float, float, float]]
     """(p, u, phi, u_s): stress and its derivatives with respect to `u` [Pa s/m] and ln(phi) [Pa],
     with a cusp at u = 0 rounded for |u| < u_s. Orbits are integrated with this function. Far from
-    the cusp, and for u_s = 0, it equals `stress`; an infinite slope is huge but finite."""
+    the cusp, and for u_s = 0, it equals `stress`; an infinite slope becomes a huge finite one."""
 
     has_cusp: Callable[..., bool]
     """(p): whether the slope is infinite at u = 0."""
@@ -62,8 +62,8 @@ class FrictionLaw:
     parameter, except at a cusp. It bounds an explicit step."""
 
     scaled: Mapping[str, Callable[..., float]] = field(default_factory=dict)
-    """Parameters whose unit does not determine their scaling: a function (p, rate, stress) of each
-    name, with the value in the units `rate` [1/s] of strain rate and `stress` [Pa]."""
+    """Parameters whose unit does not determine their scaling: for each name a function
+    (p, rate, stress) of the value in the units `rate` [1/s] of strain rate and `stress` [Pa]."""
 
     parameters: tuple[str, ...] = ()
     """The parameters that this law uses, including those it shares with other laws."""
@@ -184,7 +184,7 @@ def _functions(law: FrictionLaw) -> dict[str, Callable[..., Any]]:
 
 
 def _inlined(function: Any) -> Any:
-    """Return a function with our compiler flags, also if it is compiled with other ones."""
+    """Return a function with our compiler flags, even if it was compiled with others."""
     if isinstance(function, Part):
         return function
     return inline(getattr(function, "py_func", function))

@@ -66,7 +66,7 @@ def _scaled_viscosity(p: Parameters, rate: float, stress: float) -> float:
 
 @inline
 def _square_power(square: float, gamma: float) -> float:
-    """square^(gamma/2), without a general power for thirds."""
+    """square^(gamma/2), without a general power if gamma is +-1/3 or +-2/3."""
     if gamma == 0.0:
         return 1.0
     if gamma == -2.0 / 3.0:
@@ -82,7 +82,7 @@ def _square_power(square: float, gamma: float) -> float:
 
 @inline
 def _rate_power(rate: float, gamma: float) -> float:
-    """rate^(gamma + 1), without a general power for thirds."""
+    """rate^(gamma + 1), without a general power if gamma is +-1/3 or +-2/3."""
     if gamma == 0.0:
         return rate
     if gamma == -2.0 / 3.0:

@@ -33,7 +33,7 @@ FLUIDS = (
 _SPEEDS = np.geomspace(1e-15, 1.0, 61)
 _BOTH_WAYS = np.concatenate([-_SPEEDS[::-1], _SPEEDS])
 _AT_REST = np.array([0.0, -0.0, 5e-324, -5e-324, 1e-300])
-_U_S = 8e-12  # the tolerance of 1e-6 of the drive's largest speed
+_U_S = 8e-12  # the drive's largest speed times a tolerance of 1e-6
 _DRIVE = 8e-6  # the drive's largest speed
 _PHI = 0.37
 _STENCIL, _WEIGHTS = np.array([-2, -1, 1, 2]), np.array([1, -8, 8, -1]) / 12  # of fourth order
@@ -143,7 +143,7 @@ def rising_with_the_order(fluid: Fluid) -> None:
 
 
 def derivative_over_the_log_of_the_order(fluid: Fluid) -> None:
-    """The third value of `rounded` is the derivative over ln(phi)."""
+    """The third value of `rounded` is the derivative with respect to ln(phi)."""
     u, step = _SPEEDS[::10, None], 1e-3
     near = fluid.at(u, _PHI * np.exp(step * _STENCIL)).stress.reshape(-1, 4)
     expected, values = near @ _WEIGHTS / step, fluid.at(u)
@@ -153,7 +153,7 @@ def derivative_over_the_log_of_the_order(fluid: Fluid) -> None:
 
 
 def slope(fluid: Fluid) -> None:
-    """The second value of `rounded` is the derivative over u."""
+    """The second value of `rounded` is the derivative with respect to u."""
     step, values = 1e-3 * _BOTH_WAYS, fluid.at(_BOTH_WAYS)
     expected = _difference(fluid, _BOTH_WAYS, step, 0.0)
     # Where the stress is nearly constant, differences lose digits; and a law may be wrong by the
@@ -179,7 +179,7 @@ def finite_at_rest(fluid: Fluid) -> None:
 
 
 def exact_away_from_the_cusp(fluid: Fluid) -> None:
-    """The rounded law equals the exact one away from a cusp; without a cusp it does everywhere."""
+    """The rounded law equals the exact one away from a cusp, and everywhere if there is none."""
     exact = fluid.at(_BOTH_WAYS)
     parts = {part: 20 * part**2 + 1e-13 for part in (1e-3, 1e-5, 1e-7)}  # error falls as the square
     for part, error in parts.items() if fluid.has_cusp else ((10.0, 1e-13), *parts.items()):

@@ -39,9 +39,10 @@ from stickslip.numerics.periodic.ratios import (
 )
 from stickslip.numerics.periodic.spirals import held_for, middle_of_spiral
 
-# A ratio is steady if it changes by no more than this fraction of its distance from 1. If the
-# sequence is known to contract although the noise hides it, the ratio may change by no more than
-# the first, and the direction of displacements by no more than the second of the other two.
+# A ratio is steady if it changes by no more than this fraction of the distance of its modulus from
+# 1, or from 0 if that is nearer. If the sequence is known to contract although the noise hides it,
+# the ratio may change by no more than `_UNSTEADY`, and displacements may bend by no more than
+# `_STRAIGHT`.
 _STEADY = 0.3
 _UNSTEADY, _STRAIGHT = 0.05, 0.05
 
@@ -218,7 +219,7 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
     safe = safe and _slow(ratio, cycle) and _apart(memory, newest, cycle, length)
     slaved = _slaved(memory, newest, cycle, 3 * cycle)
     part = _part(memory, slaved, ratio, (amount * slow[0], amount * slow[1]), memory.allowed)
-    # A few displacements of a slow spiral look like a line, so that the limits of spirals hold too.
+    # A few displacements of a slow spiral look like a line, so the limits for spirals hold too.
     part = part if ratio < 0.0 or memory.gain == np.inf else 0.0
     if not (safe and part * length > _WORTH * tolerance):
         return 0.0, 0.0

@@ -49,8 +49,8 @@ _DRIFT = 0.3
 _INDISTINCT = 10.0
 _SHORT_PERIODS = 8
 
-# A sequence has stalled if in the first number of applications it moved by no more than the last
-# number of tolerances, but by at least the second fraction of what it moved in as many before.
+# A sequence has stalled if over the first number of applications it moved by no more than the last
+# number of tolerances, but by at least the second number times its movement over as many before.
 _PATIENCE = 64
 _STALLED_RATIO = 0.9
 _NEAR = 100.0
@@ -213,7 +213,7 @@ def wanders(memory: Any, newest: int, tolerance: float, noise: float, due: bool)
 
     The test takes place twice in 128 periods. `noise` is the tolerance of the integrator. If a
     verdict is `due`, the search continues only if the sequence approaches a cycle without
-    exception, but not if it leaves a cycle, or stays near it without closing.
+    exception, but not if the sequence leaves a cycle, or stays near one without closing.
     """
     watched, periods = _WATCHED_PERIODS * memory.per_period, newest // memory.per_period
     if newest < max(watched, memory.patience) or periods % (_WATCHED_PERIODS // 2) != 0:

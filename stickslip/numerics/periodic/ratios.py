@@ -9,7 +9,7 @@ from stickslip.numerics.periodic.convergence import displacement
 
 # A ratio is measured if displacements are this many times the noise of the map, which is taken as
 # the tolerance of the integrator. It is accepted if the noise blurs its distance from 1 by no more
-# than the last fraction. Growth must be clearer, because a wrong one undoes jumps, and plain
+# than the last fraction. Growth must be clearer, because false growth undoes jumps, and plain
 # iteration takes hundreds of periods.
 CLEARANCE = 30.0
 _CLEARANCE_OF_GROWTH = 300.0

@@ -238,7 +238,8 @@ def judge(
     verdict, dx, dv = _proceed(memory, z, tolerance, noise)
     due = memory.applications >= min(_DUE_PERIODS * memory.per_period, budget // 2)
     late = due or memory.patience > 0
-    # Not in the mirror image, because amplitudes of single periods depend on where these begin.
+    # Wandering is not judged in the mirror image, because amplitudes of single periods depend on
+    # where the periods begin.
     in_sight = memory.mirrored > 0 or not wanders(memory, memory.newest, tolerance, noise, late)
     if verdict != GO_ON or in_sight:
         return verdict, dx, dv

@@ -33,7 +33,7 @@ class AddressError(ExpectedError, ExecutorError):
 
 ANSWER_SECONDS = 5.0  # for a scheduler to answer
 CONNECT_SECONDS = 15.0  # for a client to be ready
-_COUNT_SECONDS = 2.0  # between two looks at how many workers there are
+_COUNT_SECONDS = 2.0  # between two counts of the workers
 _COMPILE_SECONDS = 300.0  # for another process of the machine to compile the kernels
 
 _ENCRYPTED = ("tls:", "wss:")
@@ -58,9 +58,9 @@ class ClusterExecutor(Executor):
     def __enter__(self) -> Self:
         _import_distributed()
         try:
-            # The client's own time limit ends with the connection, which the operating system
-            # accepts even for a frozen scheduler. So a thread makes the client, and we give up
-            # waiting for it.
+            # The client's own time limit covers only the connection, which the operating system
+            # accepts even for a frozen scheduler. So a thread makes the client, and we wait for
+            # the thread only so long.
             self._client = in_thread(partial(_connected, self._address)).result(CONNECT_SECONDS)
         except AddressError:
             raise
@@ -86,7 +86,7 @@ class ClusterExecutor(Executor):
         """Hand a task to the cluster.
 
         `Client.get_executor()` will not do: if the connection is lost just before the result of a
-        finished task is fetched, its future never ends.
+        finished task is fetched, its future never completes.
         """
         import asyncio  # here, since the import would cost every command a hundredth of a second
 
@@ -135,7 +135,7 @@ class ClusterExecutor(Executor):
         return block
 
     def _count(self) -> int:
-        """Return the number of threads of all workers, at most two seconds old."""
+        """Return the number of threads of all workers, counted at most two seconds ago."""
         now = time.monotonic()
         if now - self._counted >= _COUNT_SECONDS:
             self._counted = now
@@ -175,7 +175,7 @@ def _connected(address: str) -> Any:
 
 
 def _certified(address: str) -> dict[str, Any]:
-    """Return arguments to connect; raises AddressError if encryption lacks certificates."""
+    """Return arguments for connecting; raises AddressError if needed certificates are missing."""
     from distributed.security import Security
 
     why = "there are none"
