@@ -51,7 +51,8 @@ class Stop(stop.Stop):
 
     `at_a_stop` returns a text about what a stop finishes and what it gives up, empty if nothing is
     in flight. A second signal ends the process if `ends_process` is true, else it raises
-    KeyboardInterrupt; in both cases the functions in `at_once` are called first.
+    KeyboardInterrupt; in both cases the functions in `at_once` are called first. The first signal
+    after a stop for another reason, such as the end of the granted time, ends nothing at once.
     """
 
     def __init__(self, max_runtime: float | None = None, *, ends_process: bool = True) -> None:
@@ -87,16 +88,20 @@ def listening(stop: Stop) -> Iterator[None]:
         yield
         return
 
+    heard = False
+
     def handle(number: int, _: FrameType | None) -> None:
+        nonlocal heard
         from_keyboard = number == signal.SIGINT
         code = Exit.INTERRUPTED if from_keyboard else Exit.STOPPED
-        if stop.reason:
+        if heard:
             for tidy in reversed(stop.at_once):
                 tidy()
             if not stop.ends_process:
                 raise KeyboardInterrupt
             _write("Ended at once; what was journaled is kept.")
             os._exit(code)
+        heard = True  # not `stop.reason`, which may be an earlier one
         stop.request("Ctrl-C" if from_keyboard else signal.Signals(number).name, code)
         happens = stop.at_a_stop()
         if happens.startswith("finishing"):

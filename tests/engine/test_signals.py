@@ -143,6 +143,25 @@ def test_a_signal_with_nothing_in_flight_is_acknowledged(
     assert capsys.readouterr().err == "\nCtrl-C: ending\n"
 
 
+def test_the_first_signal_after_the_granted_time_does_not_end_at_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], clock: Clock
+) -> None:
+    """Batch systems send one when the time is over, while the blocks in flight are finished."""
+    ended: list[int] = []
+    monkeypatch.setattr(os, "_exit", ended.append)
+    stop = Stop(10.0)
+    stop.at_a_stop = lambda: "finishing 256 points in flight"
+    clock.now += 10.0
+    assert stop.requested
+    with default_signals(), listening(stop):
+        signal.raise_signal(signal.SIGTERM)
+        assert ended == []
+        err = capsys.readouterr().err
+        assert err.startswith(f"\n{messages.TIME_OVER}: finishing 256 points in flight.\n")
+        signal.raise_signal(signal.SIGTERM)
+    assert ended == [Exit.STOPPED]
+
+
 def test_outside_the_main_thread_signal_handlers_stay() -> None:
     found = []
     before = signal.getsignal(signal.SIGINT)
