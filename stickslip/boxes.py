@@ -41,7 +41,7 @@ class Design(NamedTuple):
         if base_points < 2 or base_points & (base_points - 1):
             nearest = 2 ** max(round(math.log2(max(base_points, 2))), 1)
             raise BoxError(
-                f"base points must be a power of 2, for the Sobol sequence: {nearest}, "
+                f"base points must be a power of 2 for the Sobol sequence, such as {nearest}, "
                 f"not {base_points}"
             )
         drawn = qmc.Sobol(2 * len(box), bits=64, rng=np.random.default_rng(seed))

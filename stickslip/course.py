@@ -61,14 +61,14 @@ def course_of(pull: Pull) -> Course:
         time, velocity = _columns(pull)
     if len(time) != len(velocity) or not len(time):
         raise PullError(
-            f"a pull needs as many velocities as times, and at least one: there are "
+            f"a pull needs as many velocities as times, and at least one of each, not "
             f"{len(velocity)} and {len(time)}"
         )
     for name, values in zip(COLUMNS, (time, velocity), strict=True):
         if len(bad := np.flatnonzero(~np.isfinite(values))):
-            raise PullError(f"{name} is {values[bad[0]]}, and must be finite", int(bad[0]))
+            raise PullError(f"{name} is {values[bad[0]]}, but must be finite", int(bad[0]))
     if time[0] < 0.0:
-        raise PullError(f"elapsed_time is {time[0]:g} s, and must not be negative", 0)
+        raise PullError(f"elapsed_time is {time[0]:g} s, but must not be negative", 0)
     _refuse_disorder(time)
     if not velocity.any():
         raise PullError("the velocity is 0 throughout: nothing would be pulled")
@@ -79,12 +79,12 @@ def _refuse_disorder(time: NDArray[np.float64]) -> None:
     """Raise PullError for a time that is before the previous one, or occurs more than twice."""
     if len(early := np.flatnonzero(np.diff(time) < 0.0)):
         row = int(early[0]) + 1
-        message = f"elapsed_time is {time[row]:g} s after {time[row - 1]:g} s; times must increase"
-        raise PullError(message, row)
+        fall = f"from {time[row - 1]:g} s to {time[row]:g} s"
+        raise PullError(f"elapsed_time falls {fall}; times must not decrease", row)
     if len(third := np.flatnonzero(time[2:] == time[:-2])):
         row = int(third[0]) + 2
         raise PullError(
-            f"elapsed_time is {time[row]:g} s for the third time; two rows at one time mean that "
+            f"elapsed_time is {time[row]:g} s in three rows; two rows with the same time mean that "
             "the velocity jumps from the first to the second",
             row,
         )
@@ -104,13 +104,13 @@ def _columns(pull: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         if missing:
             raise PullError(f"a pull needs the columns {wanted}; {', '.join(missing)} is missing")
         if masked := [name for name in COLUMNS if np.ma.is_masked(pull[name])]:
-            raise PullError(f"{' and '.join(masked)} must have no masked values")
+            raise PullError(f"{' and '.join(masked)} must not contain masked values")
         time, velocity = (np.asarray(pull[name], dtype=float) for name in COLUMNS)
     except PullError:
         raise
     except (TypeError, ValueError):
         raise PullError(
-            f"a pull is a velocity in m/s, or a table of the columns {wanted}, not {pull!r}"
+            f"a pull is a velocity in m/s, or a table with the columns {wanted}, not {pull!r}"
         ) from None
     if time.ndim != 1 or velocity.ndim != 1:
         raise PullError(f"the columns {wanted} must be lists of numbers")

@@ -100,16 +100,18 @@ def sensitivities(
         A parameter or option is unknown. Other errors are as in `stationary_orbits`.
     """
     parameters, amplitudes = [*dict.fromkeys(map(full_name, _listed(by)))], _listed(of)
-    if not parameters or (unknown := set(amplitudes) - set(AMPLITUDES)):
-        what = f"of: there is no amplitude {', '.join(unknown)}" if parameters else "by is empty"
-        raise ValueError(f"{what}; there are {', '.join(AMPLITUDES)}")
+    if not parameters:
+        raise ValueError("by is empty; name at least one parameter")
+    if unknown := set(amplitudes) - set(AMPLITUDES):
+        known = ", ".join(AMPLITUDES)
+        raise ValueError(f"of: there is no amplitude {', '.join(unknown)}; there are {known}")
     places, chosen = places_of(points), options_for_orbits(rtol=rtol, **options)
     if chosen.physics.chance:
         raise ValueError("noise: a mean of random paths has no derivative; leave out 'stochastic'")
     if PARAMETER in places.dims:
         raise ValueError(
-            f"{PARAMETER} is a dimension of the points, and will be that of the derivatives; "
-            "rename the first"
+            f"the points have a dimension {PARAMETER}, as the derivatives will; "
+            "rename that of the points"
         )
     rows = rows_of(places)
     steps = [_Step.of(rows, name, part) for name in parameters for part in _PARTS]
@@ -160,7 +162,9 @@ def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
     """
     by_name = full_names(errors)
     if PARAMETER not in ds.coords or (missing := by_name.keys() - set(ds[PARAMETER].values)):
-        lacking = f"by {', '.join(sorted(missing))}" if PARAMETER in ds.coords else "at all"
+        lacking = (
+            f"with respect to {', '.join(sorted(missing))}" if PARAMETER in ds.coords else "at all"
+        )
         raise ValueError(f"there are no derivatives {lacking}: call sensitivities(..., by=...)")
     found = ds.drop_vars([PARAMETER, *ds.data_vars])
     for name in (name for name in AMPLITUDES if f"{name}_sensitivity" in ds):
@@ -258,7 +262,8 @@ def _variable(
     """Return an array (k, n) as a variable over the dimensions of the points and `parameter`."""
     what = "derivative" if suffix == "sensitivity" else "estimated error of the derivative"
     attributes = {
-        "long_name": f"{what} of the logarithm of the {RESULTS[name].meaning} by parameters",
+        "long_name": f"{what} of the logarithm of the {RESULTS[name].meaning} "
+        "with respect to the parameters",
         "form": " ".join(_form(parameter) for parameter in parameters),
     }
     shape = (*places.sizes.values(), len(parameters))

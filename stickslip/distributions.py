@@ -137,7 +137,7 @@ class Joint(NamedTuple):
 
         variances, directions = np.linalg.eigh(self.correlations)
         if not variances[0] > -_ROUNDING:
-            raise DistributionError("has correlations that no distribution has")
+            raise DistributionError("has correlations that no distribution can have")
         root = directions * np.sqrt(np.clip(variances, 0.0, None))
         steps = (ndtri(np.clip(unit, 1e-16, 1.0 - 1e-16)) @ root.T) * self.deviations
         factors = np.exp(np.where(self.logarithmic, steps, 0.0))
@@ -226,7 +226,7 @@ def refuse_outside(name: str, probability: float) -> None:
     """Raise DistributionError if values outside the range of a parameter are too probable."""
     if probability > LARGEST_OUTSIDE:
         raise DistributionError(
-            f"has values that {name} cannot have, with a probability of {probability:.2g} (at "
-            f"most {LARGEST_OUTSIDE:g}); take a smaller deviation, a lognormal distribution, or a "
-            "range"
+            f"has values that {name} cannot have, with a probability of {probability:.2g} "
+            f"(allowed: {LARGEST_OUTSIDE:g}); take a smaller deviation, a lognormal distribution, "
+            "or a range"
         )

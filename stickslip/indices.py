@@ -173,7 +173,7 @@ def indices_of(
             )
         raise BoxError(
             f"{lost} of {used.size} base points include a point without a result; this is more "
-            f"than the share {largest_missing:.3g}, so the indices would describe another box; "
+            f"than the allowed {largest_missing:.3g}, so the indices would describe another box; "
             "take a smaller box, more drive periods (max_periods), or a larger share"
         )
     estimates = [

@@ -23,8 +23,8 @@ GROUP = "stickslip.laws"
 """The group of entry points in which a distribution declares its laws."""
 
 _HOW_TO = (
-    "a law of your own comes in an installed package, with an entry point of the group "
-    f"{GROUP!r}, or by stickslip.register_law (docs/how-to/friction-law.md)"
+    "to add a law of your own, install a package with an entry point in the group "
+    f"{GROUP!r}, or call stickslip.register_law (docs/how-to/friction-law.md)"
 )
 
 _IN_PYTHON = "python+"
@@ -85,7 +85,7 @@ def origin_of(given: str) -> Origin:
     if identity not in ("", origin.identity):
         raise LawError(
             f"the law {given} is {origin.identity} here, which may give other numbers; install or "
-            "register the former again, or compute anew without `film.law`"
+            "register the original again, or recompute without `film.law`"
         )
     return origin
 
@@ -93,7 +93,9 @@ def origin_of(given: str) -> Origin:
 def origin_in_python(name: str, code: str, law: object) -> Origin:
     """Return the origin of a law registered in Python, with a hash of its code; raises LawError."""
     if not _NAME.fullmatch(name):
-        raise LawError(f"{name!r} cannot be the name of a law: letters, digits, - and _, up to 40")
+        raise LawError(
+            f"{name!r} cannot name a law: up to 40 letters, digits, . _ -, first a letter or digit"
+        )
     if entries := metadata.entry_points(group=GROUP, name=name):
         raise LawError(f"{name!r} is a law of {_packages(entries)}; choose another name")
     return Origin(name, f"{_IN_PYTHON}{code[:_DIGITS]}", lambda: law)
@@ -111,7 +113,7 @@ def _installed(name: str) -> Origin:
     if not entries or not _NAME.fullmatch(name):
         others = sorted(REGISTERED.keys() | metadata.entry_points(group=GROUP).names)
         known = ", ".join(each for each in others if "@" not in each)
-        raise UnknownLawError(f"{f'also known are {known}; ' if known else ''}{_HOW_TO}")
+        raise UnknownLawError(f"{f'other known laws: {known}; ' if known else ''}{_HOW_TO}")
     if len(entries) > 1:
         raise LawError(f"{name!r} is a law of {_packages(entries)}; uninstall all but one")
     (entry,) = entries
@@ -144,7 +146,9 @@ def _identity(entry: metadata.EntryPoint) -> str:
         if "__pycache__" not in path.parts and ".." not in path.parts  # commands are elsewhere
     }
     if root == Path.cwd():
-        raise LawError(f"{called} lies in the current folder, {root}; install it, or go elsewhere")
+        raise LawError(
+            f"{called} lies in the current folder, {root}; install it, or run from another folder"
+        )
     _require_its_module(entry.module, root, files, called)
     for path in dict.fromkeys(p for file in files.values() for p in (file, *file.parents)):
         _refuse_exposed(path, called, inside=root == path or root in path.parents)
@@ -163,13 +167,13 @@ def _require_its_module(module: str, root: Path, files: dict[str, Path], called:
     if not {f"{path}.py", f"{path}/__init__.py"} & files.keys():
         raise LawError(
             f"{called} does not have the module {module} among its files: it is damaged, or "
-            "installed with --editable; install it again, without"
+            "installed with --editable; reinstall it without --editable"
         )
     spec = find_spec(top)
     inside, origin = (spec.submodule_search_locations, spec.origin) if spec else (None, None)
     places = [Path(place).resolve() for place in inside or [origin or "."]]
     if places not in ([root / top], [root / f"{top}.py"]):
-        raise LawError(f"{called} is hidden by another module {top}, {places[0]}; remove that")
+        raise LawError(f"{called} is hidden by another module {top}, {places[0]}; remove that one")
 
 
 def _refuse_exposed(path: Path, called: str, *, inside: bool) -> None:
@@ -186,6 +190,6 @@ def _refuse_exposed(path: Path, called: str, *, inside: bool) -> None:
     # In a folder with a sticky bit, such as /tmp, only the owner of an entry can replace it.
     if writable_by_others(status) and (inside or not status.st_mode & stat.S_ISVTX):
         raise LawError(
-            f"{called} could be changed by others, who may write to {path}; if nobody has: "
-            f"chmod go-w {path}"
+            f"{called} could be changed by others, who may write to {path}; if nobody has done "
+            f"so, run chmod go-w {path}"
         )

@@ -65,7 +65,7 @@ class Method:
         required = (*OFFERED, "stochastic_walk") if STOCHASTIC in self.noises else OFFERED
         missing = [name for name in required if not callable(getattr(module, name, None))]
         if missing:
-            raise TypeError(f"{self.module}, a method, lacks the function {', '.join(missing)}")
+            raise TypeError(f"the method {self.module} lacks the function {', '.join(missing)}")
         return module
 
 
@@ -203,14 +203,14 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "max_error": Option(
             1e-2,
             Range(0.0, 1.0, lower_open=True),
-            "largest error estimate of an ok point; 1 for any",
+            "largest error estimate of an ok point; 1 accepts any",
         ),
         "max_periods": Option(5000, _COUNT, "drive periods after which a point is abandoned"),
         "window": Option(
             200,
             Range(20, 1_000_000, whole=True),
-            "drive periods over which an aperiodic orbit is measured, or each realization, "
-            "which has 32 by default",
+            "drive periods over which an aperiodic orbit or each realization is measured; for "
+            "realizations 32 by default",
         ),
         "realizations": Option(64, Range(1, 1_000_000, whole=True), "paths of a stochastic film"),
         "seed": Option(1, Range(0, 2**64 - 1, whole=True), "seed of the random numbers"),
@@ -321,7 +321,7 @@ class Options:
                 yield f"{name} must be one of {', '.join(known)}, not {value!r}"
         for name in self.observables:
             if name not in OBSERVABLES:
-                yield f"observables must be of {', '.join(OBSERVABLES)}, not {name!r}"
+                yield f"observables must be among {', '.join(OBSERVABLES)}, not {name!r}"
         for name, feature in (("strain", "strains"), ("noise", "noises")):
             value = getattr(self, name)
             able = methods_for(feature, value)

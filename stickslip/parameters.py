@@ -98,7 +98,7 @@ def given_or_default(parameters: Parameters | None) -> Parameters:
         return Parameters()
     if not isinstance(parameters, Parameters):
         raise TypeError(
-            f"parameters must be Parameters, such as Parameters(temperature=250), "
+            f"parameters must be a Parameters object, such as Parameters(temperature=250), "
             f"not {parameters!r}"
         )
     return parameters
@@ -123,7 +123,7 @@ def _checked(args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[float]:
         if (complaint := variable.complaint(values[name]))
     ]
     if not complaints and (growth := unbounded(*(values[n] for n in ENERGY_COEFFICIENTS))):
-        complaints.append(f"{growth}: the order parameter would grow without bound")
+        complaints.append(f"{growth}: otherwise the order parameter grows without bound")
     if complaints:
         raise ParameterError("; ".join(complaints))
     return list(values.values())

@@ -140,7 +140,7 @@ def rows_of(places: xr.Dataset) -> NDArray[np.float64]:
     rows = np.stack([column.values.ravel() for column in columns], axis=1)
     for coefficients in np.unique(rows[:, _ENERGY], axis=0):
         if growth := unbounded(*coefficients):
-            raise ParameterError(f"{growth}: the order parameter would grow without bound")
+            raise ParameterError(f"{growth}: otherwise the order parameter grows without bound")
     return rows
 
 
@@ -224,7 +224,7 @@ def _common_shape(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*(values.shape for values in arrays.values()))
     except ValueError:
-        raise ValueError(_unequal("equally many values", arrays)) from None
+        raise ValueError(_unequal("the same number of values", arrays)) from None
 
 
 def _unequal(what: str, arrays: Mapping[str, Any]) -> str:
@@ -272,7 +272,9 @@ def _refuse_dimensions(arrays: Mapping[str, xr.DataArray]) -> None:
     """
     for name in dict.fromkeys(dim for array in arrays.values() for dim in array.dims):
         if name in RESULTS:
-            raise ValueError(f"{name} is a dimension of the points, and a result; rename the first")
+            raise ValueError(
+                f"{name} is a dimension of the points and also a result; rename the dimension"
+            )
         if name in PARAMETERS and (name not in arrays or arrays[str(name)].dims != (name,)):
             raise ValueError(
                 f"{name} is a dimension of the points, but its values are not along it; give them "

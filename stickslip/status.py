@@ -40,7 +40,8 @@ _SENTENCES = {
     Status.OK: "The stationary orbit was reached and measured.",
     Status.NOT_STATIONARY: (
         "The motion was still on its way to an orbit after `stationary.max_periods` drive periods; "
-        "allow more (motions that never close are recognised within some 600), or start nearer."
+        "allow more (motions that never close are recognised within some 600), or start closer "
+        "to it."
     ),
     Status.STEP_LIMIT: (
         "The step budget `integrator.max_steps` ran out before the orbit was found; raise it (a "
@@ -54,7 +55,7 @@ _SENTENCES = {
         "The fixed step is unstable for these parameters; take a smaller `integrator.dt` "
         "or `method: adaptive`."
     ),
-    Status.FAILED: "The computation raised an exception; the log has it.",
+    Status.FAILED: "The computation raised an exception; see the log.",
     Status.INVARIANT_VIOLATED: (
         "The orbit breaks the power balance or the bounds of the order parameter, "
         "so its amplitudes cannot be trusted; take a tighter `integrator.rtol` or a smaller `dt`."
@@ -63,15 +64,16 @@ _SENTENCES = {
         "The orbit does not close; its amplitudes are means over `stationary.window` drive periods."
     ),
     Status.INACCURATE: (
-        "The orbit was found, but even finer tolerances do not make its amplitudes accurate to "
-        "`integrator.max_error`; take a smaller `integrator.dt`, or allow a larger error."
+        "The orbit was found, but its amplitudes are not accurate to `integrator.max_error` even "
+        "with finer tolerances; take a smaller `integrator.dt`, or allow a larger error."
     ),
     Status.INTERPOLATED: (
-        "The point lies between computed ones that agree (`refine`), and was interpolated."
+        "The point lies between computed points that agree (`refine`), and was interpolated."
     ),
     Status.UNSTABLE: (
-        "The orbit that was found is unstable: the block oscillates about it on its springs, more "
-        "and more, which the steps do not resolve; take a tighter `integrator.rtol`, such as 1e-9."
+        "The orbit that was found is unstable: the block oscillates about it on its springs with "
+        "growing amplitude, which the steps do not resolve; take a tighter `integrator.rtol`, "
+        "such as 1e-9."
     ),
     Status.PENDING: "The point has not been computed yet.",
 }

@@ -188,12 +188,12 @@ def _refuse_with_a_pull(
 ) -> None:
     """Raise ValueError for options that a pull excludes."""
     complaints = {
-        "duration belongs to a drive: give one, or give periods": drive is None,
-        "start 'stationary' belongs to a periodic drive: there is no stationary orbit of another; "
-        "leave it out, or give a state": isinstance(start, str) and start == "stationary",
-        "schedule belongs to a periodic drive: leave it out": bool(schedule),
-        "a drive is computed by the method 'adaptive' alone": options.method != "adaptive",
-        "a drive is computed without stochastic noise": options.physics.chance,
+        "duration needs a drive: give one, or give periods": drive is None,
+        "start 'stationary' needs a periodic drive: a pull has no stationary orbit; leave it out, "
+        "or give a state": isinstance(start, str) and start == "stationary",
+        "schedule needs a periodic drive: leave it out": bool(schedule),
+        "a pull needs the method 'adaptive'": options.method != "adaptive",
+        "a pull cannot have stochastic noise": options.physics.chance,
     }
     if found := [complaint for complaint, holds in complaints.items() if holds]:
         raise ValueError("; ".join(found))
@@ -243,11 +243,11 @@ def _scheduled(schedule: Mapping[str, Sequence[float]]) -> dict[str, Sequence[fl
         raise TypeError(f"schedule must map parameters to lists of values, not {schedule!r}")
     scheduled = full_names(schedule)
     if starting := [name for name in scheduled if name in STARTING]:
-        raise ValueError(f"{', '.join(starting)} cannot be scheduled: a run begins once")
+        raise ValueError(f"{', '.join(starting)} cannot be scheduled: a run begins only once")
     lengths = {len(values) for values in scheduled.values()}
     if len(lengths) > 1 or 0 in lengths:
         listed = ", ".join(f"{name} {len(values)}" for name, values in scheduled.items())
-        raise ValueError(f"scheduled parameters need equally many values, but have: {listed}")
+        raise ValueError(f"scheduled parameters need the same number of values, but have: {listed}")
     return scheduled
 
 
@@ -355,7 +355,7 @@ def _refuse_lost(state: np.ndarray, before: int) -> None:
     """
     if before and state[FILM] < _LEAST:
         raise NoiseError(
-            f"section {before + 1} of the schedule begins at phi = 0, too small for a number: "
+            f"section {before + 1} of the schedule begins at phi = 0, as phi has underflowed: "
             "without noise, the order parameter of a melted film falls forever, and the film "
             "could not solidify when it should; use noise treatment 'typical-path' with "
             "noise_intensity > 0, or fewer periods"

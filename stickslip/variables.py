@@ -201,14 +201,14 @@ class ParameterValues(NamedTuple):
         in_paper=False, phi_power=3, phi_sign=-1, measured_in=("quartic_coefficient",))]
     sextic_coefficient: Annotated[float, _not_negative("e", "e", "J m-3",
         "sextic coefficient of the free energy",
-        "with d it lets a soft solid exist beside a hard one", default=0.0, in_paper=False,
+        "together with d, lets a soft solid exist beside a hard one", default=0.0, in_paper=False,
         phi_power=4, measured_in=("quartic_coefficient",))]
     third_harmonic: Annotated[float, ParameterVariable("a_3", "a_3", "1",
-        "amplitude of the drive's third harmonic, over X_m",
+        "amplitude of the drive's third harmonic, relative to X_m",
         "X = X_m (cos(omega t) + a_3 cos(3 omega t) + a_5 cos(5 omega t))", default=0.0,
         in_paper=False, measured_in=())]
     fifth_harmonic: Annotated[float, ParameterVariable("a_5", "a_5", "1",
-        "amplitude of the drive's fifth harmonic, over X_m", default=0.0, in_paper=False,
+        "amplitude of the drive's fifth harmonic, relative to X_m", default=0.0, in_paper=False,
         measured_in=())]
 
 
@@ -251,12 +251,12 @@ TRAJECTORY: Mapping[str, Variable] = _by_name(
 PULLED: Mapping[str, Variable] = _by_name(
     spring_force=Variable("2Kx", "2Kx", "N", "force of the springs of the lower block"),
     melting_time=Variable("t_m", r"t_\mathrm{m}", "s", "time at which the film melts"),
-    slip_period=Variable("t_s", r"t_\mathrm{s}", "s", "time since the melting before"),
+    slip_period=Variable("t_s", r"t_\mathrm{s}", "s", "time since the previous melting"),
     spring_force_max=Variable("max 2Kx", r"\max 2Kx", "N",
         "largest spring force of a cycle, from one melting to the next"),
-    spring_force_min=Variable("min 2Kx", r"\min 2Kx", "N", "least spring force of a cycle"),
+    spring_force_min=Variable("min 2Kx", r"\min 2Kx", "N", "smallest spring force of a cycle"),
     slip_force_max=Variable("max F", r"\max F", "N", "largest friction force of a cycle"),
-    slip_force_min=Variable("min F", r"\min F", "N", "least friction force of a cycle"),
+    slip_force_min=Variable("min F", r"\min F", "N", "smallest friction force of a cycle"),
     slip_force_mean=Variable("mean F", r"\overline{F}", "N", "mean friction force of a cycle"),
 )
 """Further variables of a trajectory under a pull: the spring force, and the slip cycles."""
@@ -278,11 +278,11 @@ PHASES: Mapping[str, Variable] = _by_name(
     solidification_temperature=Variable("T_c^0", r"T_c^0", "K",
         "temperature below which a liquid film solidifies"),
     melting_strain=Variable("epsilon_c0", r"\varepsilon_{c0}", "1",
-        "strain above which a solid film melts", "0 if it is liquid at any strain"),
+        "strain above which a solid film melts", "0 if it is liquid at every strain"),
     solidification_strain=Variable("epsilon_c^0", r"\varepsilon_c^0", "1",
-        "strain below which a liquid film solidifies", "0 if it does at no strain"),
+        "strain below which a liquid film solidifies", "0 if it solidifies at no strain"),
     equilibrium_strain=Variable("epsilon_el", r"\varepsilon_\mathrm{el}", "1",
-        "strain under which a film with this order parameter is stationary"),
+        "strain at which a film with this order parameter is stationary"),
     equilibrium_stability=Variable("stable", r"\mathrm{stable}", "1",
         "1 if a film that is stationary at this order parameter is stable there, else 0"),
     ramped_strain=Variable("epsilon_el", r"\varepsilon_\mathrm{el}", "1",
@@ -298,22 +298,22 @@ OBSERVABLES = ("harmonics", "moments")
 
 _ORBIT = "over the stationary orbit"
 _HALF = (
-    f"half of maximum minus minimum {_ORBIT}; of aperiodic orbits and stochastic films the mean "
-    "over single periods"
+    f"half the difference of maximum and minimum {_ORBIT}; for aperiodic orbits and stochastic "
+    "films, the mean over single periods"
 )
 _SPREAD = (
     "over the orbit, the window of an aperiodic orbit, or all periods of all realizations; 0 if "
     "the orbit closes after one period"
 )
-_ALL = "for a stochastic film over all periods of all realizations"
-_TYPICAL = "for a stochastic film, of its typical path"
+_ALL = "for a stochastic film, over all periods of all realizations"
+_TYPICAL = "for a stochastic film, that of its typical path"
 _FIRST = "F = F' X/|X_m| + F'' (dX/dt)/(|X_m| omega) at the frequency of the drive"
-_MACHINE = "|X_m| describes the whole machine, with springs and block; it is no modulus of the film"
-_PERIODS = "of aperiodic orbits and stochastic films over all measured periods"
+_MACHINE = "|X_m| describes the whole machine, with springs and block; it is not a film modulus"
+_PERIODS = "for aperiodic orbits and stochastic films, over all measured periods"
 _WINDOW = (
     f"{_PERIODS}, with a standard error of at most about amplitude_error/3 times friction_force_rms"
 )
-_STATED = "of aperiodic orbits and stochastic films three standard errors of the mean"
+_STATED = "for aperiodic orbits and stochastic films, three standard errors of the mean"
 
 class OrbitValues(NamedTuple):
     """The values of an orbit: a result row and a state."""
@@ -332,16 +332,16 @@ class OrbitValues(NamedTuple):
         f"minimum of the friction force {_ORBIT}", _ALL)]
     dissipated_energy: Annotated[float, ResultVariable("W", "W", "J",
         "work of the drive per drive period, over the stationary orbit",
-        "the integral of F V, measured as that of F (V - v), what film and block dissipate in a "
-        "period, as the orbit closes; of aperiodic orbits and stochastic films the mean over the "
-        "measured periods")]
+        "the integral of F V; as the orbit closes, it is measured as that of F (V - v), which film "
+        "and block dissipate in a period; for aperiodic orbits and stochastic films, the mean "
+        "over the measured periods")]
     dissipated_energy_error: Annotated[float, ResultVariable("error of W", r"\mathrm{error\ of}\ W",
         "J", "estimated error of the dissipated energy", _STATED, lower=0.0)]
     amplitude_error: Annotated[float, ResultVariable("error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|, summed over the harmonics), "
         "divided by A for the stress; "
-        "of aperiodic orbits and stochastic films three standard errors of the mean, plus the "
+        "for aperiodic orbits and stochastic films, three standard errors of the mean plus the "
         "error of the typical path",
         lower=0.0, upper=100.0)]
     power_balance_error: Annotated[float, ResultVariable("power balance",
@@ -351,8 +351,9 @@ class OrbitValues(NamedTuple):
         "drive periods after which the stationary orbit closes",
         "0 if it is aperiodic, or the film stochastic", lower=0.0)]
     melting_count: Annotated[int, ResultVariable("meltings", r"n_\mathrm{melt}", "1",
-        f"number of solid to liquid transitions {_ORBIT}",
-        f"solid from phi >= b/2c, melted at phi <= 0.1 b/2c; {_ALL}", lower=0.0)]
+        f"number of solid-to-liquid transitions {_ORBIT}",
+        f"solid from a threshold of phi, the paper's b/(2c), and melted at a tenth of it; {_ALL}",
+        lower=0.0)]
     solid_transition_count: Annotated[int, ResultVariable("solid transitions", r"n_\mathrm{solid}",
         "1", f"number of changes between a soft and a hard solid {_ORBIT}",
         "sixth-order free energy only; changes through the liquid do not count", lower=0.0)]
@@ -361,7 +362,7 @@ class OrbitValues(NamedTuple):
         lower=0.0)]
     periods_integrated: Annotated[int, ResultVariable("periods", r"n_\mathrm{periods}", "1",
         "drive periods integrated for this point",
-        "including confirmation and measurement, without the run of the error estimate", lower=0.0)]
+        "including confirmation and measurement, but not the error estimate's run", lower=0.0)]
     solid_fraction: Annotated[float, ResultVariable("solid fraction", r"\mathrm{solid\ fraction}",
         "1", f"fraction of the time in which the film is solid, {_ORBIT}",
         "with the thresholds of the melting count", lower=0.0, upper=1.0)]
@@ -370,7 +371,7 @@ class OrbitValues(NamedTuple):
     floquet_multiplier: Annotated[float, ResultVariable("multiplier", r"|\mu|", "1",
         "modulus of the largest Floquet multiplier of the orbit",
         "from the variational equations of (x, v, ln phi) over the orbit, in steps that resolve "
-        f"free oscillations of the block, or missing if these are too many; {_TYPICAL}",
+        f"free oscillations of the block, or missing if that needs too many steps; {_TYPICAL}",
         lower=0.0, always=False)]
     lyapunov_exponent: Annotated[float, ResultVariable("Lyapunov exponent", r"\lambda", "1",
         "largest Lyapunov exponent of an aperiodic orbit, per drive period", always=False)]

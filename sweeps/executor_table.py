@@ -26,8 +26,8 @@ class ExecutorEntry:
 
 EXECUTORS: Mapping[str, ExecutorEntry] = MappingProxyType(
     {
-        "threads": ExecutorEntry("threads of this process", "threads"),
-        "loky": ExecutorEntry("processes of this machine", "processes"),
+        "threads": ExecutorEntry("threads in this process", "threads"),
+        "loky": ExecutorEntry("processes on this machine", "processes"),
         "dask": ExecutorEntry("the workers of a dask cluster", "dask"),
     }
 )

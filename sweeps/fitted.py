@@ -87,11 +87,11 @@ def _joint(file: netCDF4.Dataset, name: str) -> Joint:
         or not values.shape == errors.shape == codes.shape == (count,) == (len(forms),)
         or correlations.shape != (count, count)
     ):
-        raise DistributionError(f"names {name}, which is not in the form of `stickslip fit`")
+        raise DistributionError(f"names {name}, which is not in the format of `stickslip fit`")
     for parameter, error, code in zip(names, errors, codes, strict=True):
         if code != 0 or not (np.isfinite(error) and error > 0.0):
             raise DistributionError(
-                f"names {name}, whose data do not determine {parameter}: fit the others with "
+                f"names {name}, whose data do not determine {parameter}: fit again with "
                 f"{parameter} fixed, and give {parameter} a range here"
             )
     if not (np.isfinite(values).all() and np.isfinite(correlations).all()):

@@ -32,7 +32,7 @@ class NotTextError(ValueError):
     """A file that is not UTF-8 text; the first wrong byte is in `line`."""
 
     def __init__(self, line: int) -> None:
-        super().__init__("is not UTF-8 text; save the file with the encoding UTF-8")
+        super().__init__("is not UTF-8 text; save the file in UTF-8 encoding")
         self.line = line
 
 
@@ -59,9 +59,9 @@ def text_of(path: Path, most: int, kind: str) -> str:
         with path.open("rb") as file:
             content = file.read(most * _MIB + 1)
     except ValueError:
-        raise OSError(None, "its name has a NUL character") from None
+        raise OSError(None, "its name contains a NUL character") from None
     if len(content) > most * _MIB:
-        raise OSError(None, f"it is larger than {most} MiB, which no {kind} is")
+        raise OSError(None, f"it is larger than {most} MiB, too large for a {kind}")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -109,8 +109,10 @@ class Cells:
         columns = {name: np.full(len(self.cells), np.nan) for name in places}
         for row, (line, cells) in enumerate(zip(self.lines, self.cells, strict=True)):
             if len(cells) != len(self.header):
-                unlike = f"{counted(len(cells), 'cell')} below {counted(len(self.header), 'name')}"
-                self.refuse(f"{unlike}; a cell without a value stays empty", line)
+                unlike = f"{counted(len(cells), 'cell')} for {counted(len(self.header), 'column')}"
+                few = len(cells) < len(self.header)
+                remedy = "a missing value needs an empty cell" if few else "decimals have a point"
+                self.refuse(f"{unlike}; {remedy}", line)
                 continue
             for name, place in places.items():
                 try:
@@ -137,11 +139,11 @@ def table_of(path: Path) -> Cells:
     (head, header), *values = body
     if len(header) == 1 and re.search(r"[;\t]", header[0]):
         raise DataError(
-            f"{path}:{head}: cells are separated by commas, and decimals have a point; "
+            f"{path}:{head}: separate cells with commas, and write decimals with a point; "
             f"there is only one column, {shortened(header[0])!r}"
         )
     if len(header) > _MOST_COLUMNS:
-        raise DataError(f"{path}:{head}: has {len(header)} columns, which no table has")
+        raise DataError(f"{path}:{head}: has {len(header)} columns, too many for a table")
     return Cells(str(path), header, [row for _, row in values], [line for line, _ in values], head)
 
 
@@ -162,7 +164,7 @@ def number_in(cell: Any, *, may_be_empty: bool = False) -> float:
         optional = "leave the cell empty where nothing was measured"
         hint = f"; {optional if may_be_empty else 'each row needs a value here'}"
     elif "," in text:
-        hint = " (decimals have a point, and thousands are not separated)"
+        hint = " (use a decimal point, and no thousands separators)"
     elif _WITH_UNIT.fullmatch(text):
         hint = "; write the number alone"
     raise ValueError(f"must be a number in SI units, not {shortened(text)!r}{hint}")
@@ -203,10 +205,8 @@ def _names_in_comment(
     """Return the names in a comment above the first row of numbers; raises DataError."""
     above, (line, numbers) = rows[: rows.index(first)], first
     if len(numbers) == 1 and " " in numbers[0]:
-        raise DataError(f"{path}:{line}: cells are separated by commas, not by spaces")
+        raise DataError(f"{path}:{line}: separate cells with commas, not with spaces")
     for place, cells in reversed(above):
         if len(cells) == len(numbers):
             return place, [cells[0].lstrip("#").strip(), *cells[1:]]
-    raise DataError(
-        f"{path}:{line}: holds numbers; a line with the names of the columns is missing above it"
-    )
+    raise DataError(f"{path}:{line}: holds numbers; the line of column names above them is missing")

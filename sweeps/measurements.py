@@ -83,13 +83,16 @@ def read_data(source: Table) -> Measurements:
         for row in np.flatnonzero(~np.isnan(columns[name])).tolist():
             data.append((name, row, columns[name][row], errors[row]))
             if not errors[row] > 0:
-                why = "errors are relative to the values" if relative else "a value needs its error"
                 column = table.header[roles[name]]
-                mistake = f"a value without an error ({why}); fill the column {column}{_ERROR}"
+                mistake = (
+                    f"an error relative to a value of 0 is 0; add the column {column}{_ERROR}"
+                    if relative
+                    else f"a value without an error; fill in the column {column}{_ERROR}"
+                )
                 table.refuse(mistake, table.lines[row], column)
     table.raise_problems()
     if not data:
-        raise DataError("no value was measured: all cells of measured variables are empty")
+        raise DataError("there are no measured values: all cells of measured variables are empty")
     names, rows, values, uncertainties = zip(*data, strict=True)
     return Measurements(
         parameters={role: columns[role] for role in roles if role in PARAMETERS},
@@ -105,14 +108,14 @@ def _in_python(source: Any) -> Cells:
     import pandas as pd
 
     if not isinstance(source, (pd.DataFrame, Mapping)):
-        raise DataError(f"data are a CSV file, a DataFrame or a dict of columns, not {source!r}")
+        raise DataError(f"data must be a CSV file, DataFrame or dict of columns, not {source!r}")
     try:
         frame = pd.DataFrame(source)
     except ValueError:
         sizes = {name: np.shape(column) for name, column in source.items()}
         if all(len(shape) == 1 for shape in sizes.values()):
             listed = ", ".join(f"{name} {size}" for name, (size,) in sizes.items())
-            raise DataError(f"columns need equally many values, but have: {listed}") from None
+            raise DataError(f"columns need the same number of values, but have: {listed}") from None
         raise DataError("each column must be a list of numbers, one for each row") from None
     # Parameters in the index, which `set_index` and `groupby` put there, are columns.
     inside = [name for name in frame.index.names if name is not None and name not in frame]
@@ -144,10 +147,10 @@ def _roles(table: Cells) -> dict[str, int]:
             table.refuse(mistake, table.head, role)
     if not measured:
         known = ", ".join(f"{name} ({RESULTS[name].symbol})" for name in _MEASURABLE)
-        table.refuse(f"no column is a measured variable; there are {known}", table.head)
+        table.refuse(f"no column is a measured variable; known names: {known}", table.head)
     lacking = [name for name in measured if name + _ERROR not in roles]
     if 0 < len(lacking) < len(measured):
-        mistake = "give errors of all measured variables or of none; there are none of"
+        mistake = "give errors for all measured variables or for none; there are none for"
         table.refuse(f"{mistake} {', '.join(lacking)}", table.head)
     table.raise_problems()
     return roles
@@ -165,7 +168,7 @@ def _role(name: str) -> str | None:
 def _unknown(name: str) -> str:
     """Return a complaint about the unknown name of a column, with a known name that is close."""
     bare = _UNIT.sub("", name)
-    no_unit = "" if bare == name else "; a name has no unit, since all values are in SI units"
+    no_unit = "" if bare == name else "; leave units out of names, since all values are in SI units"
     measured = [*_MEASURABLE, *(RESULTS[each].symbol for each in _MEASURABLE)]
     known = [*PARAMETERS, *BY_SYMBOL, *measured, *(each + _ERROR for each in measured)]
     meant = _meant(bare.lower())

@@ -123,7 +123,7 @@ class Point:
             if name in _TELLTALE and not near:
                 return (
                     f"{self.where}: the Dataset has {name} {stored:g}, but its config gives "
-                    f"{computed:g}: it was made from results with other settings, or changed"
+                    f"{computed:g}: it was made from results with different settings, or edited"
                 )
         return ""
 
@@ -278,7 +278,7 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
         its points remain; a value is far off its axis.
     """
     if "config" not in ds.attrs or "status" not in ds.variables:
-        raise PointError("this is no result of a sweep: it lacks a config, or a status")
+        raise PointError("this is not the result of a sweep: it lacks a config, or a status")
     texts = [*at, *(f"{name}={text_of(value)}" for name, value in where.items())]
     try:
         refuse_empty(ds)
@@ -289,7 +289,7 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
     open_axes = [d for d, size in ds["status"].sizes.items() if size > 1 and d not in place]
     if open_axes:
         examples = ", ".join(f"{dim}={_plain(ds[dim].values[0])}" for dim in open_axes)
-        raise PointError(f"several points remain; choose one, for example by {examples}")
+        raise PointError(f"several points remain; choose one, for example with {examples}")
     point = _point(ds.isel(place).squeeze().compute())  # dask computes this point alone
     varied = {*varied_in(str(ds.attrs["config"])), CASE, DIRECTION}
     if stacked := [dim for dim in map(str, ds["status"].dims) if dim not in varied]:
@@ -309,8 +309,8 @@ def _refuse_unknown_stack(ds: xr.Dataset, point: Point, dim: str) -> None:
     if lost or point.versions:
         why = "parameters were dropped from it" if lost else "; ".join(point.versions)
         raise PointError(
-            f"the results are stacked along {dim} with the config of one of them, and nothing "
-            f"shows whether it belongs to this point ({why}); take the point from its own result"
+            f"the results are stacked along {dim} with the config of one of them, and it is "
+            f"unknown whether it belongs to this point ({why}); take the point from its own result"
         )
 
 
@@ -353,7 +353,7 @@ def config_of(ds: xr.Dataset, values: Mapping[str, float]) -> Config:
     text = str(ds.attrs["config"])
     if lost := [name for name in varied_in(text) if name not in values]:
         raise PointError(
-            f"{' and '.join(lost)} varied in this result and was dropped from it, so that the "
+            f"this result has lost {' and '.join(lost)}, which varied in it, so that the "
             "value here is unknown: choose with isel() or sel() without drop=True"
         )
     written = config_without_axes(text)
@@ -377,12 +377,12 @@ def _line_before(
     axis = np.array(whole.sweep[str(whole.follow)])
     way = chosen[DIRECTION].item()
     if way not in DIRECTIONS:
-        raise PointError(f"the direction {way!r} is none of {', '.join(DIRECTIONS)}")
+        raise PointError(f"the direction {way!r} is not one of {', '.join(DIRECTIONS)}")
     column = Parameters._fields.index(str(whole.follow))
     upward = np.flatnonzero(axis == parameters[column])
     if not len(upward):
         raise PointError(
-            f"the config of this result follows {whole.follow} over other values than "
+            f"the config of this result follows {whole.follow} over values other than "
             f"{parameters[column]:g}, so that its line is unknown; take the point from its own "
             "result"
         )
@@ -401,12 +401,13 @@ def version_differences(attributes: Mapping[str, Any]) -> tuple[str, ...]:
     reasons = []
     version, ours = str(attributes.get("numerics_version", "0")), str(NUMERICS_VERSION)
     if version != ours:
-        reasons.append(f"it was computed by numerics version {version}, this is {ours}")
+        reasons.append(f"the file has numerics version {version}, this program {ours}")
     if processor() not in str(attributes.get("processor", processor())):
-        reasons.append(f"it was computed on {attributes['processor']}, this is {processor()}")
+        before, here = attributes["processor"], processor()
+        reasons.append(f"the file was computed on {before}, this machine has {here}")
     compilers, own = (_compilers(text) for text in (attributes.get("software", ""), software()))
     if compilers not in ("", own):
-        reasons.append(f"it was compiled by {compilers}, this is {own}")
+        reasons.append(f"the file was computed with {compilers}, this program uses {own}")
     return tuple(reasons)
 
 

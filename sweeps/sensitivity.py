@@ -99,7 +99,7 @@ def _design_of(config: Config) -> Design:
         )
     if sample.fitted or config.sweep or config.follow:
         key = "from" if sample.fitted else "sweep" if config.sweep else "follow"
-        why = ", and parameters of a fit are correlated" if sample.fitted else " over one box"
+        why = ", but parameters of a fit are correlated" if sample.fitted else " over one box"
         raise SensitivityError(
             f"indices need parameters that vary independently{why}: leave out `{key}`, and give "
             "each parameter a range in `sample`"

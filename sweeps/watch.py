@@ -72,9 +72,9 @@ def require_readable(path: Path) -> None:
             stop()
             raise
     if ended == signal.SIGALRM:
-        raise StorageError(f"{path} is damaged: it cannot be read to its end in {limit:.0f} s")
+        raise StorageError(f"{path} is damaged: it cannot be read completely within {limit:.0f} s")
     if ended:
-        raise StorageError(f"{path} is damaged: reading it ends in signal {ended}")
+        raise StorageError(f"{path} is damaged: reading it was ended by signal {ended}")
 
 
 def stop() -> None:

@@ -31,14 +31,14 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The files with the most slow tests come first: no worker ends late."""
+    """Put the files with the most slow tests first, so that no worker finishes late."""
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
     items.sort(key=lambda item: -slow[item.path])
 
 
 @pytest.fixture(autouse=True)
 def compiling_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a command says does not depend on whether its kernels are cached."""
+    """No command says that it compiles, so messages do not depend on what is cached."""
     monkeypatch.setattr("sweeps.engine.progress.MOMENT", 1e6)
 
 
@@ -60,6 +60,6 @@ def shell(
 
 @pytest.fixture(autouse=True)
 def no_process_is_left() -> Iterator[None]:
-    """A test that fails leaves no process to the next one."""
+    """A test that fails leaves no process behind for the next one."""
     yield
     end_all()

@@ -95,9 +95,9 @@ def test_an_empty_selection_is_refused_for_what_it_is(ds: xr.Dataset) -> None:
 
 def test_masks_and_quantiles_need_a_status(ds: xr.Dataset) -> None:
     bare = ds.drop_vars("status")
-    with pytest.raises(ValueError, match="no result of a sweep: it lacks a status"):
+    with pytest.raises(ValueError, match="not the result of a sweep: it lacks a status"):
         bare.stickslip.ok()
-    with pytest.raises(ValueError, match="no result of a sweep: it lacks a status"):
+    with pytest.raises(ValueError, match="not the result of a sweep: it lacks a status"):
         bare.rename(temperature="case").stickslip.quantiles()
 
 

@@ -1,4 +1,4 @@
-"""Every status on the way that a sweep takes: `compute_orbits`, with either method."""
+"""Every status, reached as in a sweep: through `compute_orbits`, with either method."""
 
 from __future__ import annotations
 

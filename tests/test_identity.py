@@ -1,4 +1,4 @@
-"""The identity of points: parameters and settings, and nothing that changes no number."""
+"""The identity of points: parameters and settings, and nothing that leaves numbers unchanged."""
 
 from __future__ import annotations
 

@@ -20,10 +20,10 @@ T,K,F_max,F_max_error
 230,,0.0026,1e-5
 """
 FIVE_MESSAGES = [
-    "five.csv:2: 3 cells below 4 names; a cell without a value stays empty",
+    "five.csv:2: 3 cells for 4 columns; a missing value needs an empty cell",
     "five.csv:3, column T: must be at least 0, not -5.0",
     "five.csv:4, column F_max: must be a number in SI units, not '0,0028' "
-    "(decimals have a point, and thousands are not separated)",
+    "(use a decimal point, and no thousands separators)",
     "five.csv:5, column F_max_error: must be greater than 0, not 0.0",
     "five.csv:6, column K: is empty; each row needs a value here",
 ]
@@ -91,7 +91,7 @@ def test_five_mistakes_are_reported_at_once(
     ("table", "message"),
     [
         ({"temprature": [1], "F_max": [1]}, "did you mean 'temperature'?"),
-        ({"T": [1], "Friction force (mN)": [1]}, "'F_max'?); a name has no unit"),
+        ({"T": [1], "Friction force (mN)": [1]}, "'F_max'?); leave units out of names"),
         ({"T": [1], "F_max": [1], "dF": [1]}, "table, column dF: is neither"),
         ({"T": [1], "shear stress": [1]}, "did you mean 'elastic_stress_amplitude'?"),
         ({"T": [1, -1], "F_max": [1, 1]}, "row 1, column T: must be at least 0"),
@@ -102,16 +102,16 @@ def test_five_mistakes_are_reported_at_once(
         ({"T": [200], "F_max_error": [1e-5]}, "there is no column friction_force_amplitude"),
         (
             {"F_max": [1], "F_max_error": [1], "elastic_stress_amplitude": [1]},
-            "there are none of elastic_stress_amplitude",
+            "there are none for elastic_stress_amplitude",
         ),
-        ({"T": [200], "F_max": [0.0]}, "row 0, column F_max: a value without an error"),
-        ({"F_max": [1.0], "F_max_error": [np.nan]}, "a value needs its error"),
+        ({"T": [200], "F_max": [0.0]}, "row 0, column F_max: an error relative to a value of 0"),
+        ({"F_max": [1.0], "F_max_error": [np.nan]}, "a value without an error; fill in"),
         ({"T": [200], "F_max": [np.inf]}, "must be a finite number"),
-        ({"T": [200], "F_max": [np.nan]}, "no value was measured"),
+        ({"T": [200], "F_max": [np.nan]}, "there are no measured values"),
         ({"T": []}, "holds no data"),
-        ({"T": [1, 2], "F_max": [1]}, "need equally many values, but have: T 2, F_max 1"),
+        ({"T": [1, 2], "F_max": [1]}, "need the same number of values, but have: T 2, F_max 1"),
         ({"T": 200.0, "F_max": 3e-3}, "each column must be a list of numbers"),
-        (3, "data are a CSV file, a DataFrame or a dict"),
+        (3, "data must be a CSV file, DataFrame or dict"),
     ],
 )
 def test_mistakes_in_tables(table: object, message: str) -> None:

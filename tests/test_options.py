@@ -46,7 +46,7 @@ def test_a_module_that_lacks_a_function_is_no_method(
     module = import_module(METHODS["adaptive"].module)
     monkeypatch.delattr(module, left_out)
     with pytest.raises(
-        TypeError, match=f"{module.__name__}, a method, lacks the function {left_out}$"
+        TypeError, match=f"the method {module.__name__} lacks the function {left_out}$"
     ):
         assert METHODS["adaptive"].kernels
 

@@ -118,7 +118,9 @@ def _calls() -> list[Callable[[], object]]:
 
 @pytest.mark.parametrize("call", _calls())
 def test_arguments_of_another_type_are_refused_with_an_example(call: Callable[[], object]):
-    with pytest.raises(TypeError, match=r"must be Parameters, such as|must map parameters to"):
+    with pytest.raises(
+        TypeError, match=r"must be a Parameters object, such as|must map parameters to"
+    ):
         call()
 
 
@@ -220,7 +222,7 @@ def test_a_parameter_given_twice_is_refused(twice: dict[str, float]) -> None:
 
 
 def test_the_signature_shows_all_names_and_defaults() -> None:
-    """As Shift-Tab in a notebook does."""
+    """Shift-Tab in a notebook shows this signature."""
     shown = inspect.signature(Parameters).parameters
     assert {name: each.default for name, each in shown.items()} == Parameters()._asdict()
     description = inspect.getdoc(Parameters)

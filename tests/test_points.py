@@ -237,16 +237,16 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
     "out of range": ({"T": [200.0, -1.0]}, ParameterError, "temperature must be at least 0"),
     "not a number": ({"T": [200.0, np.nan]}, ParameterError, "finite number, not nan"),
     "zero": ({"X_m": [1e-6, 0.0, -1e-6]}, ParameterError, "drive_amplitude must not be 0"),
-    "unbounded": ({"d": [0.0, 10.0]}, ParameterError, "would grow without bound"),
+    "unbounded": ({"d": [0.0, 10.0]}, ParameterError, "grows without bound"),
     "lengths": (
         {"T": [1.0, 2.0], "k": [1.0, 2.0, 3.0]},
         ValueError,
-        "need equally many values, but have: temperature 2, viscosity_coefficient 3",
+        "need the same number of values, but have: temperature 2, viscosity_coefficient 3",
     ),
     "shapes": (
         {"T": [1.0, 2.0], "k": [[1.0, 2.0, 3.0]], "K": 1.0},
         ValueError,
-        "need equally many values, but have: temperature 2, viscosity_coefficient 1 x 3",
+        "need the same number of values, but have: temperature 2, viscosity_coefficient 1 x 3",
     ),
     "ragged": ({"T": [1.0, [2.0]]}, ParameterError, "temperature must be a number, or an array"),
     "words": ({"k": ["a", 1.0]}, ParameterError, "viscosity_coefficient must be a number, or"),
@@ -295,7 +295,7 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
     "a result as a dimension": (
         pd.DataFrame({"T": [200.0]}, index=pd.Index([2], name="regime")),
         ValueError,
-        "regime is a dimension of the points, and a result; rename the first",
+        "regime is a dimension of the points and also a result; rename the dimension",
     ),
     "other coordinates": (
         {

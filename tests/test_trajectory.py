@@ -310,7 +310,7 @@ def test_noise_lifts_a_film_from_any_depth_as_from_just_below_its_level() -> Non
         ({"start": [0.0, 0.0]}, "start must be one of"),
         ({"start": ["a", "b", "c"]}, "start must be one of"),
         ({"schedule": {"temperature": [200.0, 250.0], "X_m": [1e-6]}}, "temperature 2, drive"),
-        ({"schedule": {"temperature": []}}, "equally many values, but have: temperature 0"),
+        ({"schedule": {"temperature": []}}, "the same number of values, but have: temperature 0"),
         ({"schedule": {"initial_velocity": [0.0]}}, "initial_velocity cannot be scheduled"),
         ({"schedule": {"temperature": [200.0, -1.0]}}, "temperature must be at least 0"),
     ],

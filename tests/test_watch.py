@@ -53,7 +53,7 @@ def new_reader() -> Iterator[None]:
 
 
 def befalls(monkeypatch: pytest.MonkeyPatch, mishap: str) -> None:
-    """Let a mishap happen to the reader when it opens a file."""
+    """Make a mishap befall the reader when it opens a file."""
     opens = "        with netCDF4.Dataset("
     assert opens in watch.READER
     monkeypatch.setattr(watch, "READER", watch.READER.replace(opens, f"        {mishap}\n{opens}"))
@@ -96,7 +96,7 @@ def test_a_file_on_which_the_library_hangs_is_reported(
 ) -> None:
     befalls(monkeypatch, HANGS)
     monkeypatch.setattr(watch, "SECONDS", 1.0)
-    with pytest.raises(StorageError, match="is damaged: it cannot be read to its end in 1 s"):
+    with pytest.raises(StorageError, match="is damaged: it cannot be read completely within 1 s"):
         require_readable(path)
 
 
@@ -104,7 +104,7 @@ def test_a_file_that_crashes_the_library_is_reported(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     befalls(monkeypatch, DIES)
-    with pytest.raises(StorageError, match=f"reading it ends in signal {int(signal.SIGSEGV)}"):
+    with pytest.raises(StorageError, match=f"reading it was ended by signal {int(signal.SIGSEGV)}"):
         require_readable(path)
 
 

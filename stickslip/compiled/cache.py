@@ -35,7 +35,7 @@ class SteadyCache(FunctionCache):
         try:
             super().__init__(function)
         except RuntimeError:  # Numba's message names one function of many
-            raise RuntimeError("no folder that can be written; set NUMBA_CACHE_DIR") from None
+            raise RuntimeError("no writable folder; set NUMBA_CACHE_DIR") from None
         impl = self._impl
         stamp = impl.locator.get_source_stamp()
         self._name = function.__qualname__
@@ -58,7 +58,7 @@ class SteadyCache(FunctionCache):
             rtsys.initialize(target_context)
             return self._load_overload(sig, target_context)
         except Exception as error:  # noqa: BLE001 - a damaged pickle can raise nearly anything
-            warn_once(f"the cache of compiled code is damaged and is rebuilt ({error!r})")
+            warn_once(f"the cache of compiled code is damaged and will be rebuilt ({error!r})")
             with contextlib.suppress(OSError):  # an index that cannot be replaced stays
                 self.flush()
             return None
@@ -141,7 +141,7 @@ def usable_cache_folder() -> Path:
     _prepare(folder)
     _refuse_planted(folder)
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise RuntimeError(f"{folder} cannot be written; set NUMBA_CACHE_DIR")
+        raise RuntimeError(f"{folder} is not writable; set NUMBA_CACHE_DIR")
     return folder
 
 
@@ -160,7 +160,7 @@ def _refuse_planted(folder: Path) -> None:
         if writable_by_others(found):
             raise RuntimeError(f"others can write into {folder}; remove it")
         if writable_by_others(root) and not root.st_mode & stat.S_ISVTX:
-            raise RuntimeError(f"others can exchange what lies in {folder.parent}; chmod go-w it")
+            raise RuntimeError(f"others can replace files in {folder.parent}; run chmod go-w on it")
 
 
 def writable_by_others(status: os.stat_result) -> bool:

@@ -51,7 +51,7 @@ def _take(digest: Any, value: Any, name: str, seen: dict[int, int]) -> None:
         digest.update(f"{home} {getattr(value, '__qualname__', '')}\0".encode())
     elif not isinstance(value, FunctionType):
         raise TypeError(
-            f"{name} is of the type {type(value).__name__}; a law may refer to numbers, tuples, "
+            f"{name} is of type {type(value).__name__}; a law may refer to numbers, tuples, "
             f"functions, and the modules {', '.join(_MODULES)}"
         )
     elif id(value) in seen:

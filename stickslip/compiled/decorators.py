@@ -96,7 +96,7 @@ def named_kernel(name: str, function: Callable[..., Any], *, makes_arrays: bool 
     Raises ValueError if another kernel has this name.
     """
     if name in KERNEL_NAMES:
-        raise ValueError(f"there is a kernel called {name} already")
+        raise ValueError(f"there is already a kernel called {name}")
     KERNEL_NAMES.add(name)
     function.__qualname__ = name
     flags = {**_FLAGS, "_nrt": makes_arrays}

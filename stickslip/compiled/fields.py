@@ -38,7 +38,7 @@ def make_tuple_maker(
     """
     if set(values) != set(kind._fields):
         wrong = sorted(set(values) ^ set(kind._fields))
-        raise TypeError(f"{kind.__name__}: no value for, or no field called {', '.join(wrong)}")
+        raise TypeError(f"{kind.__name__}: missing or unknown fields: {', '.join(wrong)}")
     # Numba allows no conditional among more than fifteen keywords, so each value has its own line.
     lines = [f"the_{field} = {values[field]!s}" for field in kind._fields]
     fields = ", ".join(f"the_{field}" for field in kind._fields)

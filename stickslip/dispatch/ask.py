@@ -31,8 +31,8 @@ _DEATHS_OF_A_POINT = 3
 _NONE = np.array([], dtype=np.int64)
 
 _WRONG = (
-    "what came back from a worker cannot be the block that it was given; finished points are kept, "
-    "and the same command resumes"
+    "a worker returned something other than its block; finished points are kept, and the same "
+    "command resumes the sweep"
 )
 
 RowsOf: TypeAlias = Callable[[NDArray[np.int64]], NDArray[np.float64]]
@@ -82,7 +82,7 @@ def ask(
     if is_of_this_process(options.friction) and not workers.in_this_process:
         raise ExecutorError(
             f"the friction law {options.friction.partition('@')[0]!r} was registered in this "
-            "process, and loky or dask would compute in others, which do not know it; use threads "
+            "process, and loky or dask compute in other processes, which lack it; use threads "
             "(`execution: {backend: threads}`) or make the law a package "
             "(docs/how-to/friction-law.md)"
         )
@@ -190,8 +190,8 @@ def _require_workers(nothing: Task, workers: Workers, stop: Stop) -> None:
             pass
     except WorkersLostError as error:
         raise ExecutorError(
-            f"the workers end before they compute anything ({error}); finished points are kept, "
-            "and the same command resumes"
+            f"the workers die before computing anything ({error}); finished points are kept, "
+            "and the same command resumes the sweep"
         ) from error
 
 

@@ -116,7 +116,7 @@ def refuse_other_code(task: Task) -> None:
     """Raise WorkerMismatchError unless we have the sources and the law of the sweep."""
     if task.code != source_hash():
         raise WorkerMismatchError(
-            f"a worker has other sources of stickslip ({source_hash()[:12]}) than this sweep "
+            f"a worker's stickslip code ({source_hash()[:12]}) differs from this sweep's "
             f"({task.code[:12]}); install the same version everywhere"
         )
     try:

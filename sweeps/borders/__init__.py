@@ -62,10 +62,10 @@ def boundaries(
     `progress` shows how far the computation is.
     """
     if kind not in PARTS:
-        raise BoundaryError(f"kind is {' or '.join(PARTS)}, not {kind!r}")
+        raise BoundaryError(f"kind must be {' or '.join(PARTS)}, not {kind!r}")
     if not _FINEST <= accuracy < 1:
         raise BoundaryError(
-            f"accuracy is a part of the length of an axis, from {_FINEST:g} to below 1, "
+            f"accuracy must be a fraction of the axis, at least {_FINEST:g} and less than 1, "
             f"not {accuracy}"
         )
     kind_map = map_of(ds, kind, workers)
@@ -162,8 +162,8 @@ def _bracket(name: str) -> dict[str, str]:
     return {
         "long_name": f"width of the last bracket along {name}",
         "units": PARAMETERS[name].units,
-        "comment": "0 where the point lies on a line of the grid, exactly; wider than asked if a "
-        "point on the way had no result or, in a bracket below a thousandth of the axis, took long",
+        "comment": "0 where the point lies exactly on a grid line; wider than requested if a point "
+        "on the way had no result, or took too long in a bracket below a thousandth of the axis",
     }
 
 
@@ -171,14 +171,14 @@ _LINE = {
     "long_name": "number of the line",
     "units": "1",
     "comment": "points follow each other along a line, with the first axis pointing right and the "
-    "second up; of a line of a single point, left is toward smaller values",
+    "second up; for a line with a single point, left is toward smaller values",
 }
 
 _TYPE: dict[str, object] = {
     "long_name": "how motions end at the border",
     "units": "1",
-    "comment": f"fold: a multiplier within {NEAR} of 1 on either side; grazing: none; meeting: the "
-    "middle of crossings at which three or more kinds meet, which was not computed",
+    "comment": f"fold: a multiplier within {NEAR} of 1 on at least one side; grazing: none; "
+    "meeting: the mean position of crossings where three or more kinds meet, not itself computed",
     "flag_values": np.array([int(code) for code in Type], dtype=np.int8),
     "flag_meanings": " ".join(code.name.lower() for code in Type),
 }

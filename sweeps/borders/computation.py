@@ -203,7 +203,7 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
     """
     if "config" not in ds.attrs or (lacking := [n for n in NEEDED if n not in ds.variables]):
         what = f"lacks {', '.join(lacking)}" if "config" in ds.attrs else "has no config"
-        raise BoundaryError(f"this is no result of a sweep: it {what}")
+        raise BoundaryError(f"this is not the result of a sweep: it {what}")
     try:
         refuse_empty(ds)
         ds = curve_or_map(ds)
@@ -229,20 +229,20 @@ def _axes_of(ds: xr.Dataset) -> tuple[str, ...]:
     """Return the names of the one or two parameters that vary."""
     if DIRECTION in ds.coords:
         raise BoundaryError(
-            "points of a followed axis start from their neighbours, so that those between them "
-            "have no motion of their own: sweep without `follow`"
+            "points of a followed axis start from their neighbours, so points between them have "
+            "no motion of their own: sweep without `follow`"
         )
     names = tuple(str(dim) for dim, size in ds.sizes.items() if size > 1)
     if not 1 <= len(names) <= 2:
         several = f"this result varies along {', '.join(names) or 'nothing'}"
         raise BoundaryError(
-            f"borders need one axis or two, and {several}"
+            f"borders need one axis or two, but {several}"
             + ("; select a point of the others first, as with --at K=1000 or sel()" * bool(names))
         )
     varying = [name for name in PARAMETERS if name in ds.coords and ds[name].size > 1]
     if sorted(varying) != sorted(names):
         raise BoundaryError(
-            "borders need axes of single parameters: between linked cases there are no points; "
+            "borders need axes of single parameters: there are no points between linked cases; "
             "select a case first, as with --at case=0"
         )
     return names
@@ -260,7 +260,7 @@ def _config_of(ds: xr.Dataset) -> Config:
         raise BoundaryError(f"the config of this result cannot be read:\n{error}") from None
     if options_of(config).physics.chance:
         raise BoundaryError(
-            "a stochastic film has no border: its kind is that of the typical path; "
+            "a stochastic film has no borders: its kind of motion is that of the typical path; "
             "sweep with `noise: {treatment: typical-path}`"
         )
     return config

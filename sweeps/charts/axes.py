@@ -66,7 +66,7 @@ def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False)
     order = np.argsort(shown(coordinate).values, kind="stable")
     quantity = shown(coordinate[order])
     if log and quantity.values[0] <= 0:
-        raise ValueError(f"a logarithmic scale needs numbers above 0, {coordinate.name} has others")
+        raise ValueError(f"a logarithmic scale needs numbers above 0; {coordinate.name} has others")
     label = shown(coordinate).label
     along = parameters_along(ds, str(coordinate.dims[0]))
     if others := [shown(ds[name]).symbol for name in along if name != coordinate.name]:
@@ -181,13 +181,13 @@ def layout_of(
         strips = named["y"] = named.pop("hue")
         if ds[strips].dtype.kind in "fiu" and strips not in NAMED:
             raise ValueError(
-                f"kinds and counts are not curves, so hue does not apply; a map has {strips} as y"
+                f"kinds and counts are drawn as maps, not curves; use {strips} as y, not as hue"
             )
     free = [str(dim) for dim in ds.sizes if ds.sizes[dim] > 1 and dim not in named.values()]
     x, y, hue, row, col = (named.get(role) for role in ROLES)
     layout = _place_axes(ds, Layout(x, y, hue, row, col), free, discrete)
     if layout.x is None and layout.dims:
-        raise ValueError("no axis is left for x; give other roles to fewer axes")
+        raise ValueError("no axis is left for x; use fewer of the other roles")
     free = [dim for dim in free if dim not in layout.dims]
     if layout.y is None and not discrete and DIRECTION in free:
         layout = replace(layout, both_ways=True)

@@ -274,7 +274,7 @@ def cloud_of(
     x, y = (shown(part[name] if name in PARAMETERS else trusted(part, name)) for name in names)
     for letter, name, shown_values in zip("xy", names, (x, y), strict=True):
         if letter in scales and name in PARAMETERS and shown_values.values.min() <= 0.0:
-            raise ValueError(f"a logarithmic scale needs numbers above 0, {name} has others")
+            raise ValueError(f"a logarithmic scale needs numbers above 0; {name} has others")
     log_up = bool(scales & {"y", "z"}) if is_height else "y" in scales or fits_log(y.values)
     return Cloud(
         names=names,
@@ -339,7 +339,7 @@ def require_borders(ds: xr.Dataset) -> None:
     """Raise ValueError if a dataset holds no borders over two axes."""
     axes = border_axes(ds)
     if not axes or not {"line", "kind_left", "kind_right", "type"} <= set(ds.variables):
-        raise ValueError("this is not a file of borders, which `stickslip boundary` writes")
+        raise ValueError("this is not a file of borders as written by `stickslip boundary`")
     if len(axes) != 2:
         raise ValueError(f"borders are drawn on maps; these are points along {axes[0]}")
 
@@ -350,7 +350,7 @@ def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
     names = border_axes(borders)
     if any(parameters_along(ds, name) != [name] for name in names):
         raise ValueError(
-            f"these borders lie over {' and '.join(names)}, which are not both axes here"
+            f"these borders lie over {' and '.join(names)}, which are not both axes of this result"
         )
     if elsewhere := place_elsewhere(ds, borders):
         raise ValueError(elsewhere)
@@ -394,5 +394,7 @@ def place_elsewhere(ds: xr.Dataset, borders: xr.Dataset) -> str:
         if name in ds.variables and name in borders.variables and borders[name].size == 1:
             there = float(borders[name].values.item())
             if not np.isclose(ds[name].values, there, rtol=1e-9, atol=0.0).any():
-                return f"these are the borders at {shown(borders[name]).equation}, not here"
+                return (
+                    f"these borders are at {shown(borders[name]).equation}, which this result lacks"
+                )
     return ""

@@ -87,7 +87,7 @@ def _result(ds: xr.Dataset, name: str, own: list[str]) -> str:
     if name not in ds.variables:
         if QUANTILE in ds.dims:
             known = ", ".join(str(n) for n, each in ds.data_vars.items() if QUANTILE in each.dims)
-            raise ValueError(f"there are no quantiles of {name}; there are some of {known}")
+            raise ValueError(f"there are no quantiles of {name}, only of {known}")
         raise ValueError(
             f"this result lacks {name}: it was left out, or an older version made the result; "
             "take the whole result, or sweep it again"
@@ -234,7 +234,7 @@ def refuse_empty(ds: xr.Dataset) -> None:
 def slice_in_the_middle(ds: xr.Dataset, dims: Iterable[str]) -> tuple[xr.Dataset, str]:
     """Return the dataset in the middle of some dimensions, and a sentence that says where it is."""
     places = {dim: ds.sizes[dim] // 2 for dim in dims}
-    where = f"In the middle of further axes: {slice_label(ds, places)}." if places else ""
+    where = f"Other axes at their middle: {slice_label(ds, places)}." if places else ""
     return ds.isel(places), where
 
 
@@ -250,7 +250,7 @@ def axis_named(ds: xr.Dataset, name: str) -> tuple[str, str]:
         return dims[0], full
     if full in ds.coords:
         value = ds[full].values.item()
-        raise ValueError(f"{full} is {value} in all of this file; {_axes_of(ds)}")
+        raise ValueError(f"{full} is {value} throughout this file; {_axes_of(ds)}")
     hint = did_you_mean(name, [*_varying(ds), *PARAMETERS])
     raise ValueError(f"unknown axis '{name}'{hint}; {_axes_of(ds)}")
 
@@ -261,7 +261,7 @@ def _nearest(coordinate: xr.DataArray, text: str, whole: str) -> int:
         known = [str(value) for value in values]
         if text in known:
             return known.index(text)
-        raise ValueError(f"'{whole}': there are {' and '.join(known)}")
+        raise ValueError(f"'{whole}': the values are {' and '.join(known)}")
     try:
         value = finite(scalar(text))  # as in a config
     except ValueError as problem:

@@ -209,7 +209,7 @@ def code_sentence(name: str, code: int) -> str:
     if name not in KINDS:
         return ""
     kinds: type[Regime] | type[Status] = Regime if name == "regime" else Status
-    return kinds(code).sentence if code in list(kinds) else "A code of another version."
+    return kinds(code).sentence if code in list(kinds) else "A code from another version."
 
 
 def kind_colour(name: str, code: int) -> str:

@@ -82,7 +82,9 @@ def runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
     Raises ValueError for a single instant.
     """
     if not ds["elapsed_time"].ndim:
-        raise ValueError("a single instant is no motion: select several instants of the trajectory")
+        raise ValueError(
+            "a single instant is not a motion: select several instants of the trajectory"
+        )
     along = ds["elapsed_time"].dims[-1]
     dims = tuple(str(dim) for dim in ds["lower_displacement"].dims if dim != along)
     return selections(ds, dims, most)

@@ -33,7 +33,7 @@ def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
 def with_result(ds: xr.Dataset) -> xr.DataArray:
     """Return True at the points with a result; raises ValueError if the dataset has no status."""
     if "status" not in ds:
-        raise ValueError("this is no result of a sweep: it lacks a status")
+        raise ValueError("this is not the result of a sweep: it lacks a status")
     return ds["status"].isin(RESULT_STATUSES)
 
 

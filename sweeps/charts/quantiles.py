@@ -36,7 +36,7 @@ def quantiles_of(ds: xr.Dataset, levels: Sequence[float] | None = None) -> xr.Da
         raise ValueError("quantiles are taken over the cases of a sample, and this result has none")
     at = np.unique(np.asarray(_LEVELS if levels is None else levels, dtype=float))
     if not at.size or not (at[0] >= 0.0 and at[-1] <= 1.0):
-        raise ValueError(f"levels of quantiles lie between 0 and 1, unlike {at.tolist()}")
+        raise ValueError(f"quantile levels must be between 0 and 1, not {at.tolist()}")
     there = with_result(ds)
     found = {}
     for name, variable in ds.data_vars.items():
@@ -91,7 +91,7 @@ def medians_of(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
         )
     levels = ds[QUANTILE].values
     if not np.isclose(levels, 0.5).any():
-        raise ValueError("the curve of quantiles is the median, so 0.5 must be one of the levels")
+        raise ValueError("the curve drawn is the median, so 0.5 must be one of the levels")
     pairs, curves = _pairs(levels), {}
     for name in [str(name) for name, each in ds.data_vars.items() if QUANTILE in each.dims]:
         at = {float(level): ds[name].isel({QUANTILE: i}) for i, level in enumerate(levels)}

@@ -144,7 +144,9 @@ def _refuse_odd_names() -> None:
         try:
             argument.encode()
         except UnicodeEncodeError:
-            stop_with(f"{argument}: a name must be UTF-8, and this is not; rename it", Exit.USAGE)
+            stop_with(
+                f"{argument}: names must be UTF-8, but this one is not; rename it", Exit.USAGE
+            )
 
 
 @app.callback(invoke_without_command=True)

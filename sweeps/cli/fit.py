@@ -151,7 +151,7 @@ def _priors(given: list[str]) -> dict[str, Any]:
         read = read_text(text, f"--prior {word}", name)
         if read.problems or read.data is None or name in priors:
             stop_with(
-                f"--prior: must be NAME={{KIND: [A, B]}}, once a name, not {word}", Exit.USAGE
+                f"--prior: must be NAME={{KIND: [A, B]}}, once per name, not {word}", Exit.USAGE
             )
         priors[name] = read.data
     return priors
@@ -173,7 +173,7 @@ def _ranges(free: str) -> dict[str, Range]:
         try:
             low, high = (finite(scalar(end.strip())) for end in limits.split(":"))
         except ValueError as problem:
-            what = str(problem) if limits.count(":") == 1 else f"a range is {name}=LOW:HIGH"
+            what = str(problem) if limits.count(":") == 1 else f"a range is written {name}=LOW:HIGH"
             stop_with(f"--free {word}: {what}", Exit.USAGE)
         ranges[name] = low, high
     return ranges
@@ -211,8 +211,8 @@ def _warn(ds: xr.Dataset) -> None:
     if bounded := ", ".join(names[codes == 2]):
         every = "all free parameters end" if (codes == 2).all() else "the fit ends"
         say(
-            f"warning: {every} at a bound: {bounded}; nothing within the ranges describes the "
-            "data: are they in SI units, and do the other parameters describe the machine?"
+            f"warning: {every} at a bound: {bounded}; the ranges may not contain the best fit: are "
+            "the data in SI units, and do the other parameters describe the machine?"
         )
     if lost := int(ds.fitted_value.isnull().sum()):
         say(

@@ -46,7 +46,7 @@ def explore(
         Path | None,
         typer.Argument(
             metavar="[FILE_OR_CONFIG]",
-            help="Result file, whose points open on a click, or a config. [default: the paper's]",
+            help="Result file (click a point to open it), or a config. [default: the paper's]",
         ),
     ] = None,
     at: AtOption = None,
@@ -86,9 +86,9 @@ def _subject(target: Path | None, at: Sequence[str], boundaries: Path | None) ->
 
     if target is None or is_config(target):
         if boundaries is not None:
-            stop_with("--boundaries are drawn on the map of a result file: name one", Exit.USAGE)
+            stop_with("--boundaries are drawn on the map of a result file: give one", Exit.USAGE)
         if at:
-            stop_with("--at takes a slice of a result file: name one", Exit.USAGE)
+            stop_with("--at takes a slice of a result file: give one", Exit.USAGE)
         if target is None:
             return subject.subject_of_paper()
         return subject.subject_of_config(checked_config(target, None), target.name)
@@ -131,7 +131,10 @@ def report(
     output: Annotated[Path | None, output_option("HTML file. [default: beside the result]")] = None,
     at: AtOption = None,
     orbits: Annotated[
-        int, typer.Option(min=0, max=200, help="Points whose orbits are computed for the page.")
+        int,
+        typer.Option(
+            min=0, max=200, help="Number of points whose orbits are computed for the page."
+        ),
     ] = 200,
     boundaries: BoundariesOption = None,
     workers: WorkersOption = None,
@@ -153,7 +156,7 @@ def report(
     require_bokeh()
     page = output or beside(file, ".html")
     if page.suffix.lower() not in (".html", ".htm"):
-        stop_with(f"{page}: a page ends in .html", Exit.USAGE)
+        stop_with(f"{page}: the name of a page must end in .html", Exit.USAGE)
     borders = None if boundaries is None else open_result(boundaries)
     ds, note = open_result(file), warn_of_seal(file)
     compiling = Compiling(wanted=not no_progress)

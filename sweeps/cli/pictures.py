@@ -72,7 +72,7 @@ def simulate(
     if periods and config.simulation.drive:
         stop_with(
             "--periods: simulation.drive pulls the upper block, and a pull has no drive periods; "
-            "leave it out, and give the time in s by --set simulation.duration=...",
+            "leave out --periods, and give the time in s with --set simulation.duration=...",
             Exit.USAGE,
         )
     path = output or trajectory_path(file, changes)
@@ -91,11 +91,9 @@ def simulate(
 def replay(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep.")],
     at: Annotated[
-        list[str] | None, option("KEY=VALUE", "The nearest point of an axis; SI units.")
+        list[str] | None, option("KEY=VALUE", "Point nearest to this value on an axis; SI units.")
     ] = None,
-    output: Annotated[
-        Path | None, output_option("NetCDF file. [default: FILE with -replay]")
-    ] = None,
+    output: Annotated[Path | None, output_option("NetCDF file. [default: FILE-replay.nc]")] = None,
     periods: Annotated[
         int | None, typer.Option(min=1, help="Drive periods. [default: until the orbit closes]")
     ] = None,
@@ -120,7 +118,7 @@ def replay(
     from sweeps.points import point_of
 
     if start not in (None, "initial", "stationary"):
-        stop_with(f"--start is initial or stationary, not {start}", Exit.USAGE)
+        stop_with(f"--start must be initial or stationary, not {start}", Exit.USAGE)
     target = output or beside(file, "-replay.nc")
     require_netcdf(target, strict=True)
     with readable(file), open_result(file, whole=False) as ds:
@@ -192,14 +190,15 @@ def figure(
     others = [name for name in dict.fromkeys(numbers) if name not in {*known, "all"}]
     if unknown := [name for name in others if not is_config(Path(name))]:
         listed = f"{', '.join(known)}, all, or a config FILE.yaml"
-        stop_with(f"no figure {', '.join(unknown)}; there are {listed}", Exit.USAGE)
+        stop_with(f"no figure {', '.join(unknown)}; choose from {listed}", Exit.USAGE)
     names = [*known, *others] if "all" in numbers else dict.fromkeys(numbers)
     stems: dict[str, str] = {}
     for name in names:
         stem = _stem_of(name)
         if (other := stems.setdefault(stem, name)) != name:
             stop_with(
-                f"{other} and {name} are both drawn as {stem}: choose two folders", Exit.USAGE
+                f"{other} and {name} would both be drawn as {stem}; use a folder for each",
+                Exit.USAGE,
             )
     failures = [
         _computed_figure(name, output, workers, overwrite=overwrite, progress=not no_progress)
@@ -233,15 +232,17 @@ def plot(
     ] = None,
     size: Annotated[str, option("WxH", "Size in inches, such as 3.37x2.5.")] = "",
     xlim: Annotated[
-        str, option("LOW:HIGH", "Ends of the horizontal axis, in the unit shown.")
+        str, option("LOW:HIGH", "Limits of the horizontal axis, in the unit shown.")
     ] = "",
-    ylim: Annotated[str, option("LOW:HIGH", "Ends of the vertical axis, in the unit shown.")] = "",
+    ylim: Annotated[
+        str, option("LOW:HIGH", "Limits of the vertical axis, in the unit shown.")
+    ] = "",
     clim: Annotated[
-        str, option("LOW:HIGH", "Ends of the colours of a map, in the unit shown.")
+        str, option("LOW:HIGH", "Limits of a map's colour scale, in the unit shown.")
     ] = "",
     letters: Annotated[bool, flag("--letters", "Label the panels (a), (b), ...")] = False,
     title: Annotated[str | None, option("TEXT", "A title above the picture.")] = None,
-    no_note: Annotated[bool, flag("--no-note", "Leave out the note below.")] = False,
+    no_note: Annotated[bool, flag("--no-note", "Leave out the note below the picture.")] = False,
     style: Annotated[
         Path | None, option("FILE|NAME", "A matplotlib style: a file or a name such as ggplot.")
     ] = None,
@@ -269,7 +270,7 @@ def plot(
     )
     if options.asks and figure is not None:
         stop_with(
-            "--figure names a whole picture: leave out options for variables and axes", Exit.USAGE
+            "--figure draws a whole picture: leave out options for variables and axes", Exit.USAGE
         )
     ds = open_result(file)
     warn_of_seal(file)
@@ -448,5 +449,5 @@ def _refuse_picture_name(path: Path) -> None:
         stop_with(f"{path} is a folder; -o names a picture", Exit.STORAGE)
     ending = path.suffix.lower()
     if ending[1:].isalpha() and ending not in ENDINGS:
-        known = "a picture ends in .png, .pdf or .svg, or has no ending for PNG and PDF"
+        known = "a picture's name must end in .png, .pdf or .svg, or have no ending for PNG and PDF"
         stop_with(f"{path}: {known}", Exit.USAGE)

@@ -29,16 +29,18 @@ def boundary(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep over one axis or two.")],
     output: Annotated[
         Path | None,
-        output_option("File, .nc, .csv or .parquet. [default: FILE with -boundaries, .nc]"),
+        output_option("Output, .nc, .csv or .parquet. [default: FILE-boundaries.nc]"),
     ] = None,
     accuracy: Annotated[
         float, typer.Option(help="Width of the last bracket, as a fraction of the axis.")
     ] = 1e-6,
     kind: Annotated[
-        str, option("regime|orbit", "What changes at a border: the regime, or also the counts.")
+        str,
+        option("regime|orbit", "What changes at a border: the regime alone, or the counts too."),
     ] = "regime",
     at: Annotated[
-        list[str] | None, option("KEY=VALUE", "The nearest point of a further axis; SI units.")
+        list[str] | None,
+        option("KEY=VALUE", "Point nearest to this value on a further axis; SI units."),
     ] = None,
     overwrite: OverwriteOption = False,
     workers: WorkersOption = None,
@@ -140,7 +142,9 @@ def info(
 
 
 def cite(
-    file: Annotated[Path | None, typer.Argument(help="File whose methods to cite.")] = None,
+    file: Annotated[
+        Path | None, typer.Argument(help="Cite the methods used for this file.")
+    ] = None,
 ) -> None:
     """Print BibTeX entries of the program and the paper, and of the methods that a file used."""
     from sweeps.citations import bibtex

@@ -61,7 +61,7 @@ AtOption = Annotated[
     list[str] | None, option("KEY=VALUE", "Only the nearest value on an axis; SI units.")
 ]
 BoundariesOption = Annotated[
-    Path | None, option("FILE", "Borders of `stickslip boundary`, drawn on the map.")
+    Path | None, option("FILE", "Borders from `stickslip boundary`, to be drawn on the map.")
 ]
 OverwriteOption = Annotated[bool, flag("--overwrite", "Replace existing files.")]
 NoProgressOption = Annotated[bool, flag("--no-progress", "Show no progress.")]
@@ -118,7 +118,7 @@ def print_names(outputs: Outputs) -> None:
     if outputs.complete:
         say(f"{outputs.main} is complete, nothing to do")
     elif outputs.finished:
-        say(f"{outputs.main} is complete now: an earlier run, which was stopped, had computed it")
+        say(f"{outputs.main} is complete now: an earlier, interrupted run had computed it")
 
 
 def recalled_or_computed(
@@ -142,7 +142,7 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
     from sweeps.engine.settings import coarse_step, read_config
 
     if file is not None and file.is_file() and file.stat().st_size > _LARGE:
-        say(f"reading {file}, of {size_text(file.stat().st_size)}")
+        say(f"reading {file} ({size_text(file.stat().st_size)})")
     config = read_config(file if file is not None else {}, changes or [])
     for warning in (*config.warnings, *coarse_step(config)):
         say(f"warning: {warning}")
@@ -193,7 +193,9 @@ def execution_changes(
     from sweeps.human import shortened
 
     if scheduler is not None and workers is not None:
-        stop_with("--workers: a scheduler has workers of its own; leave one out", Exit.USAGE)
+        stop_with(
+            "--workers: a scheduler has its own workers; give only one of the two", Exit.USAGE
+        )
     backend = backend or (None if scheduler is None else "dask")
     given = {"workers": workers, "backend": backend, "scheduler": scheduler}
     changes: list[str] = [

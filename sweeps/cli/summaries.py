@@ -91,12 +91,12 @@ def print_suspicions(suspicious: tuple[int, int]) -> None:
     balance, stress = suspicious
     if balance:
         say(
-            f"warning: power_balance_error and amplitude_error are above {SUSPICIOUS_BALANCE:g} on "
+            f"warning: power_balance_error and amplitude_error are above {SUSPICIOUS_BALANCE:g} at "
             f"{counted(balance, 'point')}; check with a smaller integrator.rtol (or dt)"
         )
     if stress:
         say(
-            "warning: the elastic stress exceeds its static maximum by more than 10 % on "
+            "warning: the elastic stress exceeds its static maximum by more than 10 % at "
             f"{counted(stress, 'point')}; slow kinetics can do that, but so can an inaccurate "
             "integration"
         )
@@ -116,7 +116,7 @@ def print_plan(plan: Plan, backend: str) -> None:
         f"{size_text(plan.journal_bytes)} for the journal while it runs"
     )
     if not plan.pilot_points:
-        print(f"time: about {duration(0.0)} on {slots}, nothing to compute")
+        print(f"time: about {duration(0.0)} on {slots}; nothing to compute")
         return
     wide = 1.0 + max(_LEAST_WIDE, _DEVIATIONS * plan.uncertainty)
     low, high = duration(plan.least_seconds / wide), duration(plan.seconds * wide)
@@ -125,7 +125,7 @@ def print_plan(plan: Plan, backend: str) -> None:
     least = ", less if much of the grid is interpolated" if refined else ""
     print(
         f"time: {between} on {slots}{least}, from a sample of {plan.pilot_points}; "
-        "rare points that take long may exceed it"
+        "rare slow points may lengthen it"
     )
 
 
@@ -141,7 +141,7 @@ def print_state(state: Mapping[str, Any]) -> None:
         ahead = "" if left is None else f", about {duration(left)} left"
         _print(f"{points_per_time(state['points_per_second'])}{ahead}")
     if "pid" in state:
-        _print(f"process {state['pid']} on {state['host']}, last heard from {state['updated']}")
+        _print(f"process {state['pid']} on {state['host']}, last heard from at {state['updated']}")
     for name, count in state["statuses"].items():
         if name != "ok":
             _print(f"  {count} {name}: {Status[name.upper()].sentence}")
@@ -171,7 +171,7 @@ def describe_file(ds: xr.Dataset) -> None:
     if "status" in ds:
         version = ds.attrs.get("numerics_version", "unknown")
         if version != str(NUMERICS_VERSION):
-            _print(f"computed by numerics version {version}, this is {NUMERICS_VERSION}")
+            _print(f"computed with numerics version {version}; this program has {NUMERICS_VERSION}")
         usual = {int(status): status.name.lower() for status in Status}
         for flag, meaning in (flags_of(ds.status.attrs) or usual).items():
             count = int((ds.status == flag).sum())
@@ -213,7 +213,7 @@ def print_borders(borders: xr.Dataset) -> None:
         print(f"{_between(*pair)}: {size}, {folds} of them at folds")
     if (wide := int(borders.attrs.get("wide_brackets", 0))) > 0:
         brackets = counted(wide, "bracket")
-        print(f"{brackets} wider than asked, at motions that close late, or never")
+        print(f"{brackets} wider than requested, where motions close late or never")
 
 
 def _between(left: int, right: int) -> str:
@@ -236,7 +236,7 @@ def print_comparison(point: Point) -> bool:
     if not point.is_comparable:
         print("the file has no computed values for it; its orbit is computed now")
     elif differing:
-        say(f"warning: the file has other values of {counted(len(differing), 'variable')}")
+        say(f"warning: the file has different values for {counted(len(differing), 'variable')}")
     else:
         print(f"all {len(point.stored)} variables agree with the file bit for bit")
     return not differing

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from sweeps.engine.sweep import Outcome
 
 PartOption = Annotated[
-    str | None, option("I/N", "Only every Nth point from the Ith, for job arrays.")
+    str | None, option("I/N", "Only every Nth point, beginning with the Ith, for job arrays.")
 ]
 
 # Options that the command to resume must not repeat.
@@ -81,7 +81,7 @@ def new(
     from sweeps.files.outputs import Outputs
 
     if file.suffix not in (".yaml", ".yml"):
-        stop_with(f"{file}: a config ends in .yaml", Exit.USAGE)
+        stop_with(f"{file}: the name of a config must end in .yaml", Exit.USAGE)
     text = shipped_config(f"new/{kind}").read_text(encoding="utf-8")
     result, config = f"results/{file.stem}", shlex.quote(str(file))
     names = {"FILE": config, "RESULT.nc": shlex.quote(f"{result}.nc")}
@@ -135,7 +135,7 @@ def sweep(
     backend: BackendOption = None,
     scheduler: SchedulerOption = None,
     max_runtime: Annotated[
-        str | None, option("DURATION", "Stop in time, such as 2h or 90min; resumable.")
+        str | None, option("DURATION", "Stop after this time, such as 2h or 90min; resumable.")
     ] = None,
     set_: SetOption = None,
     no_progress: NoProgressOption = False,
@@ -255,7 +255,7 @@ def status(
         if "to_compute" in state:
             print(f"{counted(lacking, 'more point')} of {target} to compute")
     elif refusal is None:
-        absent = f"{path} does not exist, and no sweep to this file was ever started"
+        absent = f"{path} does not exist, and no sweep was ever started for it"
         stop_with(absent, Exit.STORAGE)
     if refusal is not None:
         stop_with(str(refusal), refusal.code)
@@ -294,7 +294,7 @@ def sensitivity(
         list[str] | None,
         option("RESULT", "A result variable. [default: both amplitudes]"),
     ] = None,
-    confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
+    confidence: Annotated[float, typer.Option(help="Confidence level of the intervals.")] = 0.95,
     largest_missing: Annotated[
         float, typer.Option(help="Share of base points that may lack a result.")
     ] = 0.02,

@@ -42,7 +42,7 @@ def _with_steps(numbers: list[float]) -> list[float]:
             f"steps of {step:g} do not reach {stop:g} from {start:g}; write {Arange.example}"
         )
     if steps >= MAX_VALUES:
-        raise ValueError(f"has more than {MAX_VALUES} values; take fewer")
+        raise ValueError(f"has more than {MAX_VALUES} values; use fewer")
     return numbers
 
 
@@ -89,7 +89,7 @@ class Arange(Group):
     example: ClassVar[str] = "{arange: [start, stop, step]}"
 
     arange: Annotated[list[Finite], Len(3, 3), AfterValidator(_with_steps)] = Field(
-        description="[start, stop, step]: the stop is included"
+        description="[start, stop, step]: includes the stop, if a step reaches it"
     )
 
     def values(self) -> tuple[float, ...]:
@@ -114,7 +114,7 @@ def _values(written: object) -> tuple[float, ...]:
         if not written:
             raise ValueError("has no values; name at least one, or leave it out")
         if len(written) > MAX_VALUES:
-            raise ValueError(f"has more than {MAX_VALUES} values; take fewer")
+            raise ValueError(f"has more than {MAX_VALUES} values; use fewer")
         return tuple(_numbers(written))
     keys = written if isinstance(written, dict) else {}
     forms = [form for name, form in _FORMS.items() if name in keys]

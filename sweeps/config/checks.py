@@ -136,7 +136,7 @@ def _one_case(document: Document, config: Config, case: object) -> Config:
     try:
         index = whole(case)
         if not 0 <= index < count:
-            ends = f"must be 0 ... {count - 1}"
+            ends = f"must be between 0 and {count - 1}"
             raise ValueError(ends if count else "there are no `cases` to pick from")
     except ValueError as error:
         document.refuse(str(error), "case")
@@ -163,7 +163,7 @@ def _sizes_fit(document: Document, config: Config) -> bool:
     count = max(map(len, config.cases.values()), default=1)
     points = math.prod(map(len, config.sweep.values())) * count
     if points > MAX_POINTS:
-        message = f"{points} points are more than {MAX_POINTS}; take fewer values or axes"
+        message = f"{points} points exceed the limit of {MAX_POINTS}; use fewer values or axes"
         document.refuse(message, "sweep" if config.sweep else "cases")
     return points <= MAX_POINTS
 
@@ -176,7 +176,7 @@ def _judge_neighbours(document: Document, name: str, values: tuple[float, ...]) 
         listed = ", ".join(map(repr, list(repeated)[:5])) + (", …" if len(repeated) > 5 else "")
         document.refuse(f"has values that occur more than once: {listed}", *path)
     elif near:
-        message = "has neighbours that differ by less than 1e-9 of their value: {!r} and {!r}"
+        message = "has adjacent values that agree to one part in 1e9: {!r} and {!r}"
         document.warn(message.format(*near[0]), *path)
 
 
@@ -188,7 +188,7 @@ def _are_valid(document: Document, path: Path, name: str, *values: float) -> boo
         for i, complaint in complaints.items():
             document.refuse(complaint, *path, i)
     elif complaints:
-        more = f" (and {len(complaints) - 1} more of its values)" if len(complaints) > 1 else ""
+        more = f" (and {len(complaints) - 1} more like it)" if len(complaints) > 1 else ""
         document.refuse(next(iter(complaints.values())) + more, *path)
     return not complaints
 
@@ -207,7 +207,7 @@ def _warn_of_exchange(document: Document, config: Config) -> None:
     if max(k) <= _K_BORDER <= min(K) and min(k) < _K_BORDER < max(K):
         document.warn(
             f"K = {K[0]:g} N/m with k = {k[0]:g}: both are far from their usual magnitude "
-            "(K about 3000, k about 5e4), as if k and K were exchanged",
+            "(K about 3000, k about 5e4), as if k and K had been swapped",
             *document.path_of("spring_stiffness"),
         )
 
@@ -269,9 +269,9 @@ def _judge_schedule(document: Document, config: Config) -> dict[str, tuple[float
         if name in known:
             document.refuse(f"gives {name} a second time; keep one of the two", *path, key)
         elif name in STARTING:
-            document.refuse("cannot be scheduled: a run begins once", *path, key)
+            document.refuse("cannot be scheduled: a run has only one start", *path, key)
         elif name in config.model:
-            message = "applies to this run; a sweep takes the value under `model`"
+            message = "applies to a simulated run only; a sweep uses the value under `model`"
             document.warn(message, *path, key)
         known.add(name)
     if unequal := _unequal("scheduled", schedule):
@@ -283,9 +283,9 @@ def _wrong_with_pull(config: Config) -> Iterator[str]:
     """Yield a message for each setting that works only with a periodic drive."""
     if config.integrator.method != "adaptive":
         method = f"`integrator: {{method: {config.integrator.method}}}`"
-        yield f"cannot be combined with {method}; leave it out"
+        yield f"cannot be combined with {method}; leave one of them out"
     if config.noise.treatment == STOCHASTIC:
-        yield f"cannot be combined with {_CHANCE}; leave it out"
+        yield f"cannot be combined with {_CHANCE}; leave one of them out"
 
 
 def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
@@ -293,7 +293,7 @@ def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
     if len({*map(len, values.values())}) < 2:
         return ""
     listed = ", ".join(f"{name} {len(some)}" for name, some in values.items())
-    return f"{kind} parameters need equally many values, but have: {listed}"
+    return f"{kind} parameters need the same number of values, but have: {listed}"
 
 
 def _judge_order(document: Document, config: Config, unsound: Collection[str]) -> None:
@@ -319,7 +319,7 @@ def _judge_order(document: Document, config: Config, unsound: Collection[str]) -
                 )
             elif not _is_even(config.sweep[name]):
                 document.refuse(
-                    f"{name} needs values with a common step or a common ratio, such as a linspace "
+                    f"{name} needs values with a constant step or ratio, such as a linspace "
                     "or a geomspace: values between them are interpolated",
                     "refine",
                 )
@@ -346,7 +346,7 @@ def _wrong_with_line(
     if name in STARTING:
         yield f"cannot be {name}: each point on a followed line starts from the previous one"
     if any(b <= a for a, b in pairwise(config.sweep[name])):
-        yield f"needs the values of {name} in increasing order: it goes up, then down"
+        yield f"needs the values of {name} in increasing order: they are followed up, then down"
 
 
 def _swept(document: Document, config: Config, name: str, *path: str | int) -> str | None:
@@ -357,7 +357,7 @@ def _swept(document: Document, config: Config, name: str, *path: str | int) -> s
         return None
     known = ", ".join(config.sweep) or "none"
     written, hint = quoted(document.at(*path)), did_you_mean(name, config.sweep)
-    message = f"must name a swept axis, not {written}; the swept axes are {known}{hint}"
+    message = f"must name a swept axis, not {written}; swept axes: {known}{hint}"
     document.refuse(message, *path)
     return None
 
@@ -377,7 +377,7 @@ def _refuse_unbounded_films(
     for run, path in runs:
         growths = (unbounded(*signs) for signs in _signs(run, ENERGY_COEFFICIENTS))
         if growth := next(filter(None, growths), None):
-            document.refuse(f"{growth}: the order parameter would grow without bound", *path)
+            document.refuse(f"{growth}: otherwise the order parameter grows without bound", *path)
             return
 
 
@@ -404,7 +404,7 @@ def _refuse_frozen_start(document: Document, config: Config) -> None:
         return
     path = next(filter(None, map(document.path_of, names)), ("noise", "treatment"))
     document.refuse(
-        "initial_order_parameter (phi_0) is 0 without noise: phi = 0 is an exact solution of the "
+        "initial_order_parameter (phi_0) is 0 with noise off: phi = 0 is an exact solution of the "
         "equation, so the film could never solidify; start at a small value such as 0.01, or keep "
         "`noise: {treatment: typical-path}` with noise_intensity above 0",
         *path,
@@ -430,7 +430,7 @@ def _with_law(document: Document, config: Config) -> Config:
     film = config.film
     if film.friction in FRICTION_LAWS:
         if film.law is not None:
-            document.refuse(f"{film.friction} is one of stickslip's laws", "film", "law")
+            document.refuse(f"{film.friction} is a built-in law; leave this key out", "film", "law")
     elif film.law is None:
         try:
             friction, _, law = full_law_name(film.friction).partition("@")

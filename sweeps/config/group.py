@@ -26,7 +26,7 @@ _WORDS = {
     "Input should be": "must be",
     "List should have": "must have",
     " after validation": "",
-    "must be a valid dictionary": "must hold lines `parameter: value`",
+    "must be a valid dictionary": "must consist of lines `parameter: value`",
     "a valid list": "a list",
     "greater than or equal to": "at least",
     "less than or equal to": "at most",
@@ -55,7 +55,7 @@ class Group(BaseModel):
     def unknown_key(cls, key: str) -> str:
         """Return a complaint about an unknown key, with the right place or a similar known key."""
         keys = cls.written_keys()
-        known = f"write {cls.example}" if cls.example else f"known are {', '.join(keys)}"
+        known = f"write {cls.example}" if cls.example else f"the known keys are {', '.join(keys)}"
         return f"unknown key{cls.home_of(key) or did_you_mean(key, keys) or f'; {known}'}"
 
     @classmethod
@@ -103,7 +103,7 @@ class Group(BaseModel):
         elif kind == "missing":
             message = f"is missing; write {cls.example}"
         elif kind == "model_type":
-            keys = f"hold lines `key: value` with the keys {', '.join(cls.written_keys())}"
+            keys = f"consist of lines `key: value` with the keys {', '.join(cls.written_keys())}"
             shape = f"be {cls.example}" if cls.example else keys
             message = f"must {shape}, not {quoted(details['input'])}"
         else:

@@ -69,7 +69,7 @@ def _config(
     readable = isinstance(document.data, dict)
     if not readable:
         if document.data is not None or not document.problems:
-            document.refuse(f"must hold lines `key: value`, not {quoted(document.data)}")
+            document.refuse(f"must consist of lines `key: value`, not {quoted(document.data)}")
         document.data = {}  # so that the overrides are checked all the same
     picked = apply_overrides(document, overrides)
     if not readable:

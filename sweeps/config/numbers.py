@@ -33,7 +33,7 @@ _REMEDIES = (
     (r"[-+]?\d+(_\d+)+.*", "write it without underscores"),
     (r"\d+(:\d+)+", "a colon has no meaning in a number"),
     (rf"{_NUMBER}\s*[^\d\s.,*/+^()-].*", "write the number alone, in SI units"),
-    (r"[\d\s.eE*/+^()-]+", "only fractions of integers are computed, such as -2/3"),
+    (r"[\d\s.eE*/+^()-]+", "only fractions of integers are evaluated, such as -2/3"),
 )
 
 
@@ -75,7 +75,7 @@ def text(value: object) -> str:
     """Return `value` if it is a text without control characters; raises ValueError otherwise."""
     if not isinstance(value, str):
         hint = "; put it in quotes" if isinstance(value, (bool, int, float)) else ""
-        raise ValueError(f"must be a text, not {quoted(value)}{hint}")
+        raise ValueError(f"must be text, not {quoted(value)}{hint}")
     if re.search(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]", value):
         raise ValueError("must not contain control characters")
     return value
@@ -89,7 +89,7 @@ def full_name(key: str, *other_keys: str) -> str:
     name = canonical_name(key)
     if name is None:
         hint = did_you_mean(key, [*PARAMETERS, *BY_SYMBOL, *other_keys])
-        hint = "; is it the rest of 3,000? write 3000" if key.isdigit() else hint
+        hint = "; was it meant as part of 3,000? write 3000" if key.isdigit() else hint
         raise ValueError(f"unknown parameter{hint}")
     return name
 
@@ -103,7 +103,7 @@ def result_name(name: str) -> str:
     """Return the full name of a result variable for its name or symbol; raises ValueError."""
     known = canonical_result(name)
     if known is None:
-        hint = did_you_mean(name, RESULTS) or f"; there are {', '.join(RESULTS)}"
+        hint = did_you_mean(name, RESULTS) or f"; the names are {', '.join(RESULTS)}"
         raise ValueError(f"unknown result variable {name!r}{hint}")
     return known
 

@@ -119,6 +119,6 @@ def _is_set_before(document: Document, written: Document, key: str, *path: str |
     """Return whether an earlier override set a value at a path or below it; refuse to undo it."""
     for other, (source, _) in document.places.items():
         if other[: len(path)] == path and source != document.source:
-            written.refuse(f"would undo {source}: give it first, or leave one of the two out", key)
+            written.refuse(f"would undo {source}; put this one first, or leave one out", key)
             return True
     return False

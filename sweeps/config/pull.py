@@ -33,7 +33,7 @@ class Drive(Group):
     table: Text | None = Field(
         None,
         description="a CSV file with the columns `elapsed_time` [s] and `velocity` [m/s] and at "
-        f"most {_MOST_NODES} rows; a relative path starts at the folder of the config, and `~` and "
+        f"most {_MOST_NODES} rows; a relative path starts in the folder of the config, and `~` and "
         "`$NAME` are allowed as in `output`",
     )
     nodes: Annotated[tuple[tuple[Finite, Finite], ...], Field(max_length=_MOST_NODES)] | None = (
@@ -44,7 +44,8 @@ class Drive(Group):
     def _is_one_motion(self) -> Self:
         given = [name for name in type(self).model_fields if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(f"must be one of {', '.join(type(self).model_fields)}: {self.example}")
+            known = ", ".join(type(self).model_fields)
+            raise ValueError(f"needs exactly one of {known}, such as {self.example}")
         if self.table is None:
             course_of(self.pull)
         return self
@@ -95,7 +96,7 @@ def _nodes(name: str, folder: Path) -> list[list[float]]:
     table = table_of(file)
     for name in COLUMNS:
         if (count := table.header.count(name)) != 1:
-            needed = f"needs the columns {' and '.join(COLUMNS)}, each once"
+            needed = f"needs exactly one column each of {' and '.join(COLUMNS)}"
             table.refuse(f"{needed}; {name} is {'given twice' if count else 'missing'}", table.head)
     if len(table.cells) > _MOST_NODES:
         table.refuse(

@@ -45,7 +45,7 @@ def _with_regime(conditions: tuple[str | float, ...]) -> tuple[str | float, ...]
     """Return the conditions in a fixed order; the regime counts even if it is not named."""
     parts = [condition for condition in conditions if condition != _REGIME]
     if len(parts) > 1:
-        raise ValueError(f"takes {_REGIME} and one number, such as [{_REGIME}, 1e-2]")
+        raise ValueError(f"takes {_REGIME} and at most one number, such as [{_REGIME}, 1e-2]")
     return _REGIME, *parts
 
 
@@ -65,7 +65,7 @@ class Refine(Group):
     ] = Field(
         (_REGIME, 1e-2),
         description=f"`{_REGIME}`: refine where the regime changes; a number: the fraction of an "
-        "amplitude by which interpolation may miss the middle of a cell",
+        "amplitude by which interpolation may be wrong in the middle of a cell",
     )
 
     @property

@@ -98,8 +98,8 @@ class Sample(Group):
     ] = Field(
         None,
         alias="from",
-        description="a file of `stickslip fit`: its free parameters are drawn together from a "
-        "normal distribution with the covariance of the fit; a relative path starts at the folder "
+        description="a file of `stickslip fit`: its free parameters are drawn jointly from a "
+        "normal distribution with the covariance of the fit; a relative path starts in the folder "
         "of the config, and `~` and `$NAME` are allowed as in `output`",
     )
 
@@ -107,9 +107,8 @@ class Sample(Group):
     def _is_complete(self) -> Self:
         has_one_way = (self.sobol is None) != (self.latin_hypercube is None)
         if not has_one_way or not (self.written or self.fitted):
-            raise ValueError(
-                f"needs sobol or latin_hypercube, and parameters; write {self.example}"
-            )
+            needs = "needs exactly one of sobol and latin_hypercube, and parameters"
+            raise ValueError(f"{needs}; write {self.example}")
         return self
 
     @property
@@ -159,7 +158,7 @@ class Sample(Group):
             return description
         kept = len(next(iter(self.cases().values())))
         left_out = (self.sobol or self.latin_hypercube or 0) - kept
-        invalid = f"; {left_out} sets left out for invalid values" if left_out else ""
+        invalid = f"; sets left out as invalid: {left_out}" if left_out else ""
         return f"{description}, {self.fitted}{invalid}"
 
 

@@ -196,10 +196,10 @@ class Film(Section):
 
     friction: Annotated[
         Text, WithJsonSchema({"anyOf": [{"enum": [*FRICTION_LAWS]}, {"type": "string"}]})
-    ] = Field(DEFAULTS.friction, description="law of the viscous stress, one of ours or yours")
+    ] = Field(DEFAULTS.friction, description="law of the viscous stress, built in or your own")
     law: Text | None = Field(
         None,
-        description="identity of a law of yours, which results store: the name, the version and a "
+        description="identity of a law of your own, stored in results: the name, the version and a "
         "hash of its package; by default the identity of the installed law",
     )
     strain: Annotated[str, _one_of(STRAINS)] = Field(
@@ -225,7 +225,7 @@ class Execution(Section):
     )
     scheduler: Annotated[
         Annotated[Text, AfterValidator(_address)] | None, _belongs_to("backend", "dask")
-    ] = Field(None, description="address of a dask scheduler; a file must not name it")
+    ] = Field(None, description="address of a dask scheduler; not allowed in a file")
     block_points: int | None = Field(
         None,
         ge=1,
@@ -278,13 +278,13 @@ class Simulation(Section):
     ] = Field(
         None,
         description="parameters that change together along the run: "
-        "`periods` with the first values, as many with the second values, and so on",
+        "`periods` drive periods with the first values, as many with the second, and so on",
     )
     drive: Drive | None = Field(
         None, description="pull the upper block instead of moving it periodically (adaptive only)"
     )
     duration: float | None = Field(
-        None, gt=0, description="seconds of a `drive`; by default up to the last time of its table"
+        None, gt=0, description="duration of a `drive` in s; by default the last time in its table"
     )
     samples: int = Field(
         PULL_SAMPLES, ge=2, le=_MAX_SAMPLES, description="samples along a `drive`, evenly spaced"
@@ -294,18 +294,18 @@ class Simulation(Section):
     def _fits_the_drive(self) -> Self:
         if self.drive is None:
             if self.duration is not None:
-                raise ValueError("`duration` belongs to a `drive`; give one, or give `periods`")
+                raise ValueError("`duration` belongs to a `drive`; add a `drive`, or use `periods`")
             if self.samples != PULL_SAMPLES:
                 raise ValueError(
-                    "`samples` belongs to a `drive`; give one, or give `samples_per_period`"
+                    "`samples` belongs to a `drive`; add a `drive`, or use `samples_per_period`"
                 )
             return self
         if self.schedule:
-            raise ValueError("`schedule` belongs to the periodic drive; leave it or `drive` out")
+            raise ValueError("`schedule` belongs to the periodic drive; leave one of the two out")
         if self.start == "stationary":
             raise ValueError(
                 "`start: stationary` belongs to the periodic drive, since only that has a "
-                "stationary orbit; leave it or `drive` out"
+                "stationary orbit; leave one of the two out"
             )
         if self.drive.velocity is not None and self.duration is None:
             raise ValueError("`drive: {velocity: ...}` needs a `duration` in s")
@@ -462,7 +462,7 @@ class Config(Group):
         if canonical_name(key):
             return "unknown key; a parameter belongs under `model`, `sweep` or `cases`"
         hint = cls.home_of(key) or did_you_mean(key, [*KEYS, *BY_SYMBOL, *PARAMETERS])
-        return "unknown key" + (hint or f"; known are {', '.join(KEYS)}")
+        return "unknown key" + (hint or f"; the known keys are {', '.join(KEYS)}")
 
 
 KEYS = tuple(Config.model_fields)

@@ -180,7 +180,7 @@ def quoted(value: object) -> str:
     try:
         return shortened(repr(value))
     except ValueError:  # Python refuses to print integers of more than 4300 digits
-        return "a number of thousands of digits"
+        return "a number with thousands of digits"
 
 
 def path_text(path: Path) -> str:

@@ -42,18 +42,18 @@ _LONGEST_INTEGER = 400
 _THOUSANDS = re.compile(r"0\d\d")
 
 _REMEDIES = {
-    "mapping values are not allowed": "a text that contains ': ' needs quotes",
+    "mapping values are not allowed": "text that contains ': ' needs quotes",
     "could not find expected ':'": "is a ':', or the space after it, missing?",
     "expected ',' or": "is a bracket or a comma missing?",
-    "expected <block end>": "is the line indented like its neighbours, are all quotes closed?",
+    "expected <block end>": "is the line indented like its neighbours? are all quotes closed?",
     "unexpected end of stream": "is a closing quote missing?",
-    "cannot start any token": "a text that starts with this character needs quotes",
+    "cannot start any token": "text that starts with this character needs quotes",
 }
 _MESSAGES = {
     "another document": "a second document starts here; a config is a single document",
     r"'\t' that cannot start": "has a tab where YAML allows none; write spaces instead of tabs",
-    "too many keys": f"has more than {_MAX_KEYS} keys, which no config has",
-    "maximum depth": "is nested too deeply; a config has four levels of keys at most",
+    "too many keys": f"has more than {_MAX_KEYS} keys, too many for a config",
+    "maximum depth": "is nested too deeply; a config has at most four levels of keys",
 }
 
 
@@ -70,7 +70,7 @@ def read_file(path: pathlib.Path) -> Document:
     except OSError as error:
         document.refuse(f"cannot be read: {reason(error)}")
     if document.data is None and not document.problems:
-        document.refuse_line(None, "is empty; `{}` alone is the paper's Fig. 3 as a single point")
+        document.refuse_line(None, "is empty; write `{}` for the paper's Fig. 3 as a single point")
     return document
 
 
@@ -82,13 +82,13 @@ def read_text(text: str, source: str, *path: str) -> Document:
     document = Document(source)
     if directive := re.search(r"^%", text, re.MULTILINE):
         line = text.count("\n", 0, directive.start()) + 1
-        document.refuse_line(line, "a line must not start with '%': directives are refused", *path)
+        document.refuse_line(line, "no line may start with '%': directives are not allowed", *path)
         return document
     try:
         return _Reader(text, source, path).read()
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
-        document.refuse_line(line, "contains a control character, which no text has", *path)
+        document.refuse_line(line, "contains a control character; remove it", *path)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         document.refuse_line(mark.line + 1 if mark else None, _syntax_message(error), *path)
@@ -138,7 +138,7 @@ class _Reader:
     def _value(self, event: Any, *path: str | int) -> Any:
         """Return the value that begins with an event."""
         if isinstance(event, events.AliasEvent):  # following aliases could fill the memory
-            message = f"the alias *{event.anchor} is refused; write the value out"
+            message = f"the alias *{event.anchor} is not allowed; write the value out"
             self.document.refuse(message, *path)
             return UNREADABLE
         self._refuse_decoration(event, *path)
@@ -168,7 +168,7 @@ class _Reader:
             if not key:
                 message = "a key must be a name"
             elif key == "<<":
-                message = "merge keys are refused; write the keys out"
+                message = "merge keys are not allowed; write the keys out"
             elif key in values:
                 message = f"is given twice (first in line {self.document.place(inner)[1]})"
             else:
@@ -193,9 +193,9 @@ class _Reader:
 
     def _refuse_decoration(self, event: Any, *path: str | int) -> None:
         if event.anchor is not None:
-            self.document.refuse(f"the anchor &{event.anchor} is refused; leave it out", *path)
+            self.document.refuse(f"the anchor &{event.anchor} is not allowed; leave it out", *path)
         if event.ctag is not None:
-            self.document.refuse("a tag ('!') is refused; leave it out", *path)
+            self.document.refuse("a tag ('!') is not allowed; leave it out", *path)
 
 
 def _refusal(problem: str, event: events.Event) -> MarkedYAMLError:

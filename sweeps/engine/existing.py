@@ -45,7 +45,7 @@ from sweeps.watch import require_readable
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
 
 _NOT_AS_WRITTEN = (
-    "is not as stickslip wrote it: a part of a result, edited, or damaged. It can be drawn, "
+    "is no longer as stickslip wrote it: cut down, edited or damaged. It can be drawn, "
     "exported and replayed, but not resumed"
 )
 _NAMED = 5  # differences that a message lists
@@ -67,7 +67,7 @@ class Part:
         found = _PART.fullmatch(text.strip())
         part = cls(int(found[1]), int(found[2])) if found else None
         if part is None or not 1 <= part.number <= part.of <= _MOST_PARTS:
-            raise ValueError(f"{text!r} is no part; write for example 1/16 to 16/16")
+            raise ValueError(f"{text!r} is not a part; write, for example, 1/16 to 16/16")
         return part
 
     def __str__(self) -> str:
@@ -175,7 +175,7 @@ class ExistingPoints:
         if near := near_duplicates(self.grid, target.grid):
             listed = "; ".join(near[:_NAMED]) + ("; ..." if len(near) > _NAMED else "")
             lines.append(
-                f"values that differ by less than 1e-9 from those of {self.name} are other "
+                f"values within a relative 1e-9 of those of {self.name} count as different "
                 f"points: {listed}"
             )
         if self.foreign:
@@ -208,7 +208,7 @@ class ExistingPoints:
             varied = [name for name in self.grid.coords if name in example]
             such = ", ".join(f"{name} = {example[name]:g}" for name in varied)
             raise RefusalError(
-                f"{self.name} has {counted(lost, 'finished point')} that the config no longer names"
+                f"{self.name} has {counted(lost, 'finished point')} that the config no longer has"
                 f"{f', such as {such}' if such else ''}. They would be lost: --overwrite starts "
                 "afresh and drops them, -o writes elsewhere"
             )
@@ -218,7 +218,7 @@ class ExistingPoints:
         if not self.fits(target):
             changed = "\n  ".join(self.differences(target))
             raise RefusalError(
-                f"{self.name} was computed with other settings:\n  {changed}\n{WAYS_OUT}"
+                f"{self.name} was computed with different settings:\n  {changed}\n{WAYS_OUT}"
             )
 
 
@@ -315,12 +315,12 @@ def _refuse_other_file(
 ) -> None:
     """Raise RefusalError if a sweep of this version cannot use the points of a file."""
     if "config" not in attributes or "status" not in variables:
-        raise RefusalError(f"{path} exists and is not a result of a sweep; {WAYS_OUT}")
+        raise RefusalError(f"{path} exists but is not the result of a sweep; {WAYS_OUT}")
     version = attributes.get("numerics_version", "none")
     if version != str(NUMERICS_VERSION):
         raise RefusalError(
-            f"{path} was computed by numerics version {version}, this is {NUMERICS_VERSION}, whose "
-            f"numbers are not the same; {WAYS_OUT}"
+            f"{path} was computed by numerics version {version}; this is {NUMERICS_VERSION}, which "
+            f"gives different numbers; {WAYS_OUT}"
         )
     if missing := [name for name in RESULT_COLUMNS if name not in variables]:
         raise RefusalError(
@@ -329,8 +329,8 @@ def _refuse_other_file(
         )
     if "data_sha256" not in attributes:
         raise RefusalError(
-            f"{path} carries no seal (the attribute data_sha256), so nobody can know whether its "
-            f"numbers have been changed; {WAYS_OUT}"
+            f"{path} carries no seal (the attribute data_sha256), so there is no telling whether "
+            f"its numbers have been changed; {WAYS_OUT}"
         )
 
 

@@ -76,7 +76,7 @@ def _write(
         if missing and not partial:
             raise RefusalError(
                 f"{missing} of {len(journal.done)} points are in none of the files"
-                f"{_missing_parts(sources)}; --partial writes it anyway, with the rest pending"
+                f"{_missing_parts(sources)}; --partial writes the result anyway, with these pending"
             )
         made = JournaledResult(target, journal, folder, None)
         made.write(outputs.place(outputs.main))
@@ -88,7 +88,7 @@ def _source(path: Path) -> ExistingPoints:
         raise StorageError(RunFolder(path).absence())
     found = found_in_input(path)
     if found.is_fit:
-        raise RefusalError(f"{path} is the file of a fit, not of a sweep")
+        raise RefusalError(f"{path} holds a fit, not a sweep")
     return found
 
 
@@ -97,8 +97,8 @@ def common_target(sources: list[ExistingPoints], first: Path) -> Target:
     target = Target.of(sources[0].config)
     if target.config.refine is not None:
         raise RefusalError(
-            f"{first} is the result of a refined grid, whose points depend on each other; they are "
-            "one file already"
+            f"{first} is the result of a refined grid, whose points depend on each other; it has "
+            "no parts to merge"
         )
     for found in sources:
         if found.foreign:
@@ -125,8 +125,8 @@ def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indice
             twice = done[indices]
             if (sums[indices[twice]] != checks[twice]).any():
                 raise RefusalError(
-                    f"{found.name} has other numbers for points that an earlier file holds too; "
-                    "one of the two was not computed like the other"
+                    f"{found.name} has different numbers for points that an earlier file also "
+                    "holds; the two were not computed in the same way"
                 )
             done[indices], sums[indices] = True, checks
             yield indices, rows

@@ -235,7 +235,7 @@ class Compiling:
     def headline(self) -> str:
         """The reason for the wait, and how long it has taken so far."""
         elapsed = clock(time.monotonic() - self._begun)
-        return f"compiling for this processor: up to a minute, and kept for later runs ({elapsed})"
+        return f"compiling for this processor: up to a minute; the code is kept ({elapsed})"
 
 
 SILENT = Compiling(wanted=False)
@@ -362,7 +362,7 @@ def stop_text(in_flight: InFlight) -> str:
     """Return what a stop waits for and what it gives up, as text; empty if there is neither."""
     awaited = in_flight.awaited
     lost = in_flight.points - awaited.points
-    given_up = f"giving up {counted(lost, 'point')} that may take minutes, for the next run"
+    given_up = f"leaving {counted(lost, 'point')}, which may take minutes, for the next run"
     longest = f"finishing {in_flight_text(awaited)}, for {LONGEST_STOP:.0f} s at most"
     finishing = longest if awaited.tasks else ""
     return "; ".join(filter(None, [finishing, given_up if lost else ""]))

@@ -138,9 +138,7 @@ class Decision:
         """Return a line for each oddity of the existing points."""
         lines = [line for found in self.sources for line in found.warnings(self.target)]
         if journal.damaged:
-            lines.append(
-                f"{journal.damaged} damaged bytes of {self.folder.journal} were passed over"
-            )
+            lines.append(f"{journal.damaged} damaged bytes of {self.folder.journal} were skipped")
         return lines
 
     def _opened(self) -> Journal:
@@ -251,9 +249,9 @@ def _require_memory(target: Target) -> None:
     needed, there = each * target.grid.size, free_memory()
     if needed > there:
         raise StorageError(
-            f"a sweep of {counted(target.grid.size, 'point')} takes {size_text(needed)} of memory, "
-            f"and this machine has {size_text(there)}; take fewer values, or sweep one part of the "
-            "grid after the other, each into its own file"
+            f"a sweep of {counted(target.grid.size, 'point')} needs {size_text(needed)} of memory, "
+            f"but this machine has {size_text(there)}; use fewer values, or sweep one part of the "
+            "grid at a time, each into its own file"
         )
 
 
@@ -309,7 +307,7 @@ def _found_in_output(output: Path) -> ExistingPoints:
     """
     found = found_in_file(output)
     if found.is_fit:
-        raise RefusalError(f"{output} is the file of a fit, not of a sweep; {WAYS_OUT}")
+        raise RefusalError(f"{output} holds a fit, not a sweep; {WAYS_OUT}")
     return found
 
 
@@ -334,9 +332,9 @@ def _refuse_another_part(manifest: Manifest, target: Target, output: Path) -> No
     unfinished = manifest["afresh"] and not manifest["finished"]
     if part and part != begun and unfinished and output.exists():
         raise RefusalError(
-            f"{output} would lose points to an unfinished sweep that started from scratch, "
-            f"{f'its part {begun}' if begun else 'all of its parts'}: finish that first with the "
-            "command that began it, or choose another -o; --overwrite drops them"
+            f"{output} would lose points: an unfinished sweep that started from scratch "
+            f"({f'part {begun}' if begun else 'all parts'}) would replace it; finish that first "
+            "with the command that began it, or choose another -o; --overwrite drops the points"
         )
 
 
@@ -416,9 +414,7 @@ def state_of(output: Path) -> dict[str, Any]:
     elif output.exists():
         existing = found_in_input(output)
         if existing.is_fit:
-            raise RefusalError(
-                f"{output} is the file of a fit, not of a sweep; `stickslip info` describes it"
-            )
+            raise RefusalError(f"{output} holds a fit, not a sweep; `stickslip info` describes it")
         part, statuses = existing.part, contents(output, Chunks(existing.grid.shape)).statuses
         if part:  # a file has this attribute only if exactly that part is finished
             statuses[Status.PENDING] = 0

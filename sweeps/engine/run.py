@@ -112,11 +112,11 @@ def run(
     config = config.model_copy(update={"execution": execution})
     if output is None:
         if overwrite or retry_failed:
-            raise TypeError("overwrite, retry_failed: there are existing results with output= only")
+            raise TypeError("overwrite, retry_failed: without output= no results exist")
         result = run_in_memory(config, workers=workers, progress=progress, on_block=on_block)
     else:
         if on_block is not None:
-            raise TypeError("on_block is called in memory only: leave out output=")
+            raise TypeError("on_block works only without output=; leave one of the two out")
         result = _run_into(
             config, path_of(output), ExistingPolicy(overwrite, retry_failed), progress
         )
@@ -158,7 +158,7 @@ def _run_into(config: Config, output: Path, policy: ExistingPolicy, progress: bo
     kept = outcome.points - int(outcome.statuses[Status.PENDING])
     message = (
         f"stopped: {outcome.reason}. {kept} of {outcome.points} points are kept in "
-        f"{outcome.output}.run; the same call goes on from there"
+        f"{outcome.output}.run; the same call continues from there"
     )
     interrupted = outcome.stopped is Exit.INTERRUPTED
     raise KeyboardInterrupt(message) if interrupted else StoppedError(message)

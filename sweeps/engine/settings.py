@@ -83,12 +83,12 @@ def coarse_step(config: Config) -> Iterator[str]:
     if refused:
         yield (
             f"integrator.dt: the step of {dt:g} s is unstable for {refused} of "
-            f"the {counted(len(largest), 'point')} looked at, which will be refused"
+            f"the {counted(len(largest), 'point')} checked; those points will be refused"
         )
     elif (dt > stability.ACCURATE_PART * largest).any():
         yield (
             f"integrator.dt: the step of {dt:g} s is stable, but coarse: errors "
-            f"are proportional to it; take {stability.step_as_text(largest.min() / 4)} s or less"
+            f"are proportional to it; use {stability.step_as_text(largest.min() / 4)} s or less"
         )
 
 
@@ -123,7 +123,7 @@ def missing_scheduler(config: Config) -> Iterator[tuple[str, str]]:
         yield (
             "execution.backend",
             "`dask` needs the address of a scheduler, such as --scheduler tcp://host:8786; "
-            "processes of this machine are `loky`",
+            "for processes on this machine, use `loky`",
         )
 
 

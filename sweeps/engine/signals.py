@@ -39,7 +39,7 @@ def parse_duration(text: str) -> float:
     parts = _PART.findall(text)
     rest, units = "".join(_PART.split(text)[::3]).strip(), [unit for _, unit in parts]
     if not parts or rest or (len(parts) > 1 and "" in units):
-        raise ValueError(f"{text!r} is no duration; write for example 2h, 90min, 1h30m or 45s")
+        raise ValueError(f"{text!r} is not a duration; write, for example, 2h, 90min, 1h30m or 45s")
     seconds = sum(float(number) * _SECONDS[unit] for number, unit in parts)
     if seconds <= 0.0:
         raise ValueError("a duration must be longer than 0")
@@ -67,7 +67,7 @@ class Stop(stop.Stop):
     def requested(self) -> bool:
         """True if no further block is to begin."""
         if not self.reason and self._deadline is not None and time.monotonic() >= self._deadline:
-            self.request("the time of --max-runtime is over")
+            self.request("the time allowed by --max-runtime is up")
         return bool(self.reason)
 
     def request(self, reason: str, code: Exit = Exit.STOPPED) -> None:
@@ -99,14 +99,14 @@ def listening(stop: Stop) -> Iterator[None]:
                 tidy()
             if not stop.ends_process:
                 raise KeyboardInterrupt
-            _write("Ended at once; what was journaled is kept.")
+            _write("Ended at once; points in the journal are kept.")
             os._exit(code)
         heard = True  # not `stop.reason`, which may be an earlier one
         stop.request("Ctrl-C" if from_keyboard else signal.Signals(number).name, code)
         happens = stop.at_a_stop()
         if happens.startswith("finishing"):
             again = "Ctrl-C" if from_keyboard else "signal"
-            happens += f".\nAnother {again} ends at once and gives up what is in flight."
+            happens += f".\nAnother {again} ends the run at once and drops the points in flight."
         _write(f"{stop.reason}: {happens or 'ending'}")
 
     heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]

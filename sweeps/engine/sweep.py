@@ -153,8 +153,8 @@ def sweep(
                     _finish(journal, folder, keep_journal=keep_journal)
                     return recorder.outcome(written)
             raise StorageError(
-                f"{folder.journal} is damaged again and again while it is in use; the disk or "
-                "another program changes it. Write elsewhere with -o"
+                f"{folder.journal} keeps being damaged while it is in use, by the disk or by "
+                "another program; write elsewhere with -o"
             )
 
 
@@ -176,7 +176,7 @@ def _stopped(recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
     if not stop.reason:
         raise LostPointsError(
             f"{counts.left} of {counts.total} points did not come back from the workers; "
-            "the others are kept. Give the same command again"
+            "the others are kept; run the same command again"
         )
     kept = Written(recorder.journal.statuses, math.nan)
     return recorder.outcome(kept, stopped=stop.code, reason=stop.reason)
@@ -217,11 +217,11 @@ def _export(
     """
     output, manifest = folder.output, readable_manifest(folder.journal)
     if manifest is None and not output.exists():
-        raise RefusalError(f"nothing of {output} exists yet; leave out --partial to compute it")
+        raise RefusalError(f"{output} has no points yet; leave out --partial to compute them")
     if manifest and manifest["afresh"] and output.exists() and not policy.overwrite:
         raise RefusalError(
-            f"{output} would lose its points to an unfinished sweep that started from scratch; "
-            "--overwrite does so, or finish the sweep first"
+            f"{output} would be replaced by an unfinished sweep that started from scratch; finish "
+            "that sweep first, or replace it now with --overwrite"
         )
     with closing(decide(target, folder, ExistingPolicy()).begin()) as journal:
         interpolate(target.config, target.grid, journal)
@@ -257,9 +257,9 @@ class JournaledResult:
         output = path or self.folder.output
         if path is None and fingerprint(output) != self.before:
             raise StorageError(
-                f"{output} was made or changed by somebody else while the sweep ran, and is left "
+                f"{output} was created or changed by something else during the sweep, and is left "
                 f"alone; finished points are kept in {self.folder.path}. Move {output.name} away "
-                "and give the same command again, or choose another -o"
+                "and run the same command again, or choose another -o"
             )
         statuses = self.journal.statuses.copy()
         statuses[Status.PENDING] = self.target.grid.size - statuses.sum()
@@ -377,7 +377,7 @@ class Recorder:
             raise StorageError(
                 f"cannot write {self._folder.journal}: {reason(error)}. "
                 f"{self._counts.done} of {self._counts.total} points are kept there; make room "
-                "and give the same command again"
+                "and run the same command again"
             ) from error
 
     def _note_processor(self, processor: str) -> None:
@@ -389,8 +389,8 @@ class Recorder:
         self.journal.note(manifest | {"processors": sorted([*known, processor])})
         if known:
             self._say(
-                f"warning: a {processor} processor joins points computed on "
-                f"{', '.join(known)}: the last digits may differ between them"
+                f"warning: some points were computed on {', '.join(known)}, others are "
+                f"computed on {processor}: the last digits may differ between them"
             )
 
     def _stop_if_all_fail(self, first: Block) -> None:
@@ -399,6 +399,6 @@ class Recorder:
         if alone and failed == len(first.indices):
             self._stop.request(
                 f"all of the first block failed ({counted(failed, 'point')}); if that is "
-                "meant, the same command resumes",
+                "expected, run the same command to resume",
                 code=Exit.FAILED_POINTS,
             )

@@ -21,7 +21,7 @@ from stickslip.orbit import typical_options
 from stickslip.parameters import Parameters
 from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
-from sweeps.config.pull import Drive, refuse_pull
+from sweeps.config.pull import Drive, PulledError
 from sweeps.config.schema import Simulation
 from sweeps.engine.computing import compile_kernels
 from sweeps.engine.progress import SILENT, Compiling
@@ -51,8 +51,8 @@ class AxisLeftError(ExpectedError, ValueError):
             choices.append("--set case=0")
         choices += [f"--set {key}=null" for key in config.order()]  # no axis is left for them
         super().__init__(
-            f"the config has {Grid.from_config(config).size} points, a trajectory is one: "
-            f"pick it, for example with {' '.join(choices)}"
+            f"the config has {Grid.from_config(config).size} points, but a trajectory has "
+            f"only one: pick it, for example with {' '.join(choices)}"
         )
 
 
@@ -89,7 +89,11 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     """
     import xarray as xr
 
-    refuse_pull(config.simulation.drive)
+    if config.simulation.drive is not None:
+        raise PulledError(
+            "simulation.drive: pulls along an axis have different numbers of slips, and do not fit "
+            "into one file; simulate one at a time, with --set"
+        )
     if len(config.sweep) != 1 or config.cases or config.follow:
         raise OtherAxesError(
             "several trajectories need a config with exactly one axis, without `cases` and "
@@ -118,18 +122,19 @@ def pull_summary(ds: xr.Dataset) -> Iterator[str]:
     """Yield the lines of a summary of a pulled block's motion, none for other trajectories."""
     about = ds.attrs
     if about.get("motion") == "stick-slip":
-        yield f"stick-slip: a melting every {about['slip_period']:.6g} s"
+        yield f"stick-slip: one melting event every {about['slip_period']:.6g} s"
         for name, what in (("spring_force", "spring force 2Kx"), ("slip_force", "friction force")):
             low, high = (about[f"{name}_{end}"] for end in ("min", "max"))
             yield f"{what}: {low:.6g} to {high:.6g} N"
         yield f"mean friction force: {about['slip_force_mean']:.6g} N"
-        yield f"(means over the last {about['settled_slips']} of {ds.sizes['melting']} meltings)"
+        count = ds.sizes["melting"]
+        yield f"(means over the last {about['settled_slips']} of {count} melting events)"
     elif about.get("motion") == "steady":
         force, change = about["steady_force"], about["steady_force_change"]
         before = f" ({counted(count, 'melting')} before)" if (count := ds.sizes["melting"]) else ""
         yield f"no stick-slip at the end{before}: friction force {force:.6g} N"
         if change > _STEADY * abs(force):
-            yield f"it still changes, by {change:.2g} N in the last tenth: take a longer duration"
+            yield f"still changing, by {change:.2g} N in the last tenth; use a longer duration"
 
 
 def compile_trajectory_kernels(config: Config) -> None:

@@ -43,7 +43,7 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
     options = options or PlotOptions()
     look = options.look
     if figure is not None and options.asks:
-        raise ValueError("figure names a whole picture; leave it out, or variables and axes")
+        raise ValueError("figure draws a whole picture; leave out figure, or variables and axes")
     with styled(look):
         if options.asks:
             picture = _chosen(ds, options)
@@ -67,14 +67,14 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
     if data == "trajectory" and options.variable is not None and not options.asks_for_axes:
         chosen, at = slice_at(ds, options.at)
         if chosen["elapsed_time"].dims[-1:] != ds["elapsed_time"].dims[-1:]:
-            raise ValueError("a trajectory is drawn over its time, which is not cut; use xlim")
+            raise ValueError("a trajectory is drawn over all its time; to show a part, use xlim")
         courses = draw_variables(chosen, options.variables)
         put_note(courses, [at])
         return courses
     if data == "fit" and options.data is not None:
         raise ValueError(
-            "the picture of a fit shows its own data; leave out other data "
-            "(`stickslip plot FILE --figure fit` draws it)"
+            "the picture of a fit shows the fitted data; leave out data "
+            "(`stickslip plot FILE --figure fit` draws the fit)"
         )
     if data != "sweep":
         names = ", ".join(f"'{name}'" for name in FIGURES if not obstacle(ds, name))
@@ -116,8 +116,8 @@ def _finish(figure: Figure, look: Look) -> None:
         first = 0 if look.letters is True else ascii_lowercase.index(look.letters)
         if first + len(panels) > len(ascii_lowercase):
             raise ValueError(
-                f"letters end at z, too early for {counted(len(panels), 'panel')} from "
-                f"{ascii_lowercase[first]} on"
+                f"letters run out at z: too few for {counted(len(panels), 'panel')} starting at "
+                f"{ascii_lowercase[first]}"
             )
         # To the left of the upper corner of the panel, where there is no curve.
         corner: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
@@ -133,7 +133,7 @@ def _require_effect(look: Look, panels: Sequence[Axes], *, coloured: bool) -> No
     limits = {"xlim": panels, "ylim": panels, "clim": coloured}
     for name, present in limits.items():
         if getattr(look, name) != (None, None) and not present:
-            what = "colours of a scale" if name == "clim" else "axes"
+            what = "colour scale" if name == "clim" else "axes"
             raise ValueError(f"{name} does not apply: this picture has no {what}")
 
 

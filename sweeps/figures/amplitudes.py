@@ -48,8 +48,8 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
     if cases_to_scatter(ds, options):
         if options.boundaries is not None or options.data is not None:
             raise ValueError(
-                "borders are drawn on maps and measured points over curves, and cases in no order "
-                "are neither"
+                "borders need a map and measured points need curves, but unordered cases give "
+                "neither"
             )
         figure, middle = draw_scatter(ds, variables, options)
     else:
@@ -66,11 +66,11 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
         elif options.boundaries is None:
             figure = draw_curves(ds, layout, variables, options.scales, options.data)
         else:
-            raise ValueError("borders are drawn on maps; name the axis -y as well")
+            raise ValueError("borders are drawn on maps; add an axis with -y")
         if is_map and options.data is not None:
             raise ValueError(
-                f"measured points are drawn over curves, and {', '.join(variables)} would be a "
-                "map; name a variable and axes that make curves"
+                f"measured points are drawn over curves, but {', '.join(variables)} would be a "
+                "map; choose a variable and axes that give curves"
             )
     put_note(figure, [*bands, at, middle])
     return figure
@@ -87,7 +87,7 @@ def _require_no_axes(ds: xr.Dataset, options: PlotOptions) -> None:
     named_roles(ds, options)  # it refuses any axis
     over = {"boundaries": options.boundaries, "data": options.data, "log": options.log or None}
     if idle := [name for name, value in over.items() if value is not None]:
-        raise ValueError(f"a single point is a table, to which {', '.join(idle)} does not apply")
+        raise ValueError(f"a single point is drawn as a table; leave out {', '.join(idle)}")
 
 
 # --- the table of a single point ------------------------------------------------------------------

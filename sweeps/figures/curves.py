@@ -94,7 +94,7 @@ def draw_curves(
     if data is not None:
         if not set(data.variable) & set(variables):
             raise ValueError(
-                f"the data measure {', '.join(dict.fromkeys(data.variable))}, and this picture "
+                f"the data are for {', '.join(dict.fromkeys(data.variable))}, but this picture "
                 f"shows {', '.join(variables)}"
             )
         on = [draw_measured(panel, axis, layout, data) for panel in drawn.panels]
@@ -113,7 +113,7 @@ def draw_curves(
         put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))
     lost = missing_notes(drawn.dataset, variables, "× ", log=logarithmic)
     others = counted(elsewhere, "measured value")
-    apart = f"Not drawn: {others} of other parameters." if elsewhere else ""
+    apart = f"Not drawn: {others} at other parameters." if elsewhere else ""
     put_note(drawn.figure, [*lost, note, *drawn.notes, apart])
     if apart and not has_small_print():
         warnings.warn(apart, stacklevel=6)  # the line that called the accessor's `plot`
@@ -333,7 +333,7 @@ def fit(ds: xr.Dataset) -> Figure:
             _draw_data(above, below, data, x, style, crosses=axis is None)
         below.margins(y=0.2)
         below.axhline(0.0, color="0.5", linewidth=0.6)
-        below.set_xlabel(axis.label if axis else "number of the datum")
+        below.set_xlabel(axis.label if axis else "datum number")
         above.set_ylabel(shown_number(name, 0.0).label)
         if axis and axis.geometric:
             make_logarithmic(below, ["x"])
@@ -341,7 +341,7 @@ def fit(ds: xr.Dataset) -> Figure:
     figure.align_labels()
     if layout.hue:
         put_legend(figure, _legend(sweep, layout))
-    at_jump = "Squares are next to a jump." if (ds.datum_at_jump == 1).any() else ""
+    at_jump = "Squares mark data next to a jump." if (ds.datum_at_jump == 1).any() else ""
     put_note(figure, [_fitted(ds), f"Residuals are in standard errors. {at_jump}".rstrip()])
     return figure
 

@@ -58,12 +58,12 @@ def landscape(ds: xr.Dataset) -> Figure:
 def _refuse_one_phase(ds: xr.Dataset) -> None:
     if float(ds["ramped_strain"].values[-1]) > 0.0:
         return
-    why = "no strain melts a film with elastic_coefficient = 0: take"
+    why = "no strain melts a film with elastic_coefficient = 0; use"
     if not ds["ramped_order_parameter"].values.any():
         limit = float(ds["melting_temperature"].values[0])
-        why = f"above {limit:g} K a film is liquid at any strain: add a lower temperature, or take"
+        why = f"above {limit:g} K a film is liquid at any strain; add a lower temperature, or use"
     raise ValueError(
-        f"the figure 'landscape' shows how strain changes the phase, and {why} the figure "
+        f"the figure 'landscape' shows how strain changes the phase, but {why} the figure "
         "'free_energy'"
     )
 

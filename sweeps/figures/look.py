@@ -51,13 +51,13 @@ class Look:
             if pair is not None and (not isinstance(pair, Sequence) or len(pair) != 2):
                 raise ValueError(f"{name} must be two numbers, not {pair!r}")
         if self.size is not None and not all(0.0 < inches < 100.0 for inches in self.size):
-            raise ValueError(f"a size is width and height in inches, not {self.size}")
+            raise ValueError(f"a size is a width and a height of 0 to 100 inches, not {self.size}")
         if not isinstance(self.letters, bool) and self.letters not in set(ascii_lowercase):
-            raise ValueError(f"letters begin with one of a to z, not {self.letters!r}")
+            raise ValueError(f"letters must start at one of a to z, not {self.letters!r}")
         for name in ("xlim", "ylim", "clim"):
             low, high = getattr(self, name)
             if not all(end is None or math.isfinite(end) for end in (low, high)):
-                raise ValueError(f"{name} goes from one finite number to another, or has one end")
+                raise ValueError(f"each end of {name} must be a finite number or left open")
             if low is not None and high is not None and not low < high:
                 raise ValueError(f"{name} must rise, not go from {low!r} to {high!r}")
 

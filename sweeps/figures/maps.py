@@ -128,7 +128,7 @@ def _require_cells(*axes: Axis) -> None:
     for axis in axes:
         if (axis.steps == 0.0).any():
             raise ValueError(
-                f"several points have the same {axis.dim}, and a map would show one of them; "
+                f"several points have the same {axis.dim}, but a map would show only one; "
                 "choose another axis"
             )
 

@@ -83,8 +83,8 @@ def _lay_out(figure: Figure) -> None:
         except UserWarning:
             width, height = figure.get_size_inches()
             raise ValueError(
-                f"{width:.3g} x {height:.3g} inches leave no room for the panels beside their "
-                "labels: take a larger size, or a smaller font"
+                f"{width:.3g} x {height:.3g} inches leave no room for the panels next to their "
+                "labels; use a larger size, or a smaller font"
             ) from None
 
 

@@ -35,10 +35,10 @@ def draw_scatter(ds: xr.Dataset, variables: Sequence[str], options: Choice) -> t
     The colour of a point shows its regime or, over two parameters, the value of the variable.
     """
     if options.hue or options.row or options.col:
-        raise ValueError("cases in no order are points over x and y, without hue, row or col")
+        raise ValueError("unordered cases are points over x and y; leave out hue, row and col")
     if CASE in (options.x, options.y):
         along = ", ".join(parameters_along(ds, CASE))
-        raise ValueError(f"cases in no order lie over their parameters: {along}, not over {CASE}")
+        raise ValueError(f"unordered cases lie over their parameters ({along}), not over {CASE}")
     ds, middle = slice_in_the_middle(ds, [str(dim) for dim in ds.sizes if dim != CASE])
     rows = _clouds(ds, variables, options)
     figure, panels = _panels(rows)

@@ -110,7 +110,7 @@ def styled(look: Look | None = None) -> Iterator[None]:
 
 def _style_settings(file: Path) -> dict[str, Any]:
     """Return the settings of a style file or, if there is no such file, of a style by name."""
-    remedy = "it has lines such as `font.size: 9`"
+    remedy = "such a file has lines like `font.size: 9`"
     try:
         _require_settings(file)
         found = mpl.rc_params_from_file(file, fail_on_error=True, use_default_template=False)
@@ -132,7 +132,7 @@ def _require_settings(file: Path) -> None:
         name, colon, _ = line.partition("#")[0].partition(":")
         if name.strip() and (not colon or name.strip() not in mpl.rcParams):
             hint = did_you_mean(name.strip(), mpl.rcParams)
-            raise ValueError(f"line {number} names no setting of matplotlib{hint}")
+            raise ValueError(f"line {number} does not name a matplotlib setting{hint}")
 
 
 def line_of(style: CurveStyle) -> dict[str, Any]:
@@ -163,7 +163,7 @@ def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:
     """Return an empty figure with its canvas, of `size` inches unless the user chose a size."""
     look = _look.get()
     if look.axes is not None:
-        raise ValueError("this picture is a whole figure; leave ax out")
+        raise ValueError("this picture needs a whole figure; leave ax out")
     figure = Figure(figsize=look.size or size, layout=layout)  # type: ignore[arg-type]
     FigureCanvasAgg(figure)
     return figure
@@ -181,8 +181,8 @@ def new_panels(
         return axes.figure, np.array([[axes]])  # type: ignore[return-value] # or a part of a figure
     if axes is not None:
         raise ValueError(
-            f"ax takes a picture of one panel, and this one has {rows * columns}; choose one "
-            "variable, and cut the other axes with at"
+            f"ax takes a picture with one panel, but this one has {rows * columns}; choose one "
+            "variable, and fix the other axes with at"
         )
     figure = new_figure(size, layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, **share)

@@ -115,7 +115,7 @@ def _many_slips(ds: xr.Dataset, slips: Array) -> Figure:
         _draw_bands(left, traces, ds)
         _draw_traces(right, traces, end)
         left.set_ylabel(label_of(ds, traces), fontsize=TEXT)
-    panels[0, 0].set_title(f"{slips.size} slips, lowest to highest", fontsize=TEXT)
+    panels[0, 0].set_title(f"{slips.size} slips, lowest to highest value", fontsize=TEXT)
     panels[0, 1].set_title(f"the last {_LAST_SLIPS}", fontsize=TEXT)
     for axes in panels[-1]:
         _name_time(axes, last)
@@ -321,7 +321,7 @@ def orbit(ds: xr.Dataset) -> Figure:
     """
     if len(runs(ds, 2)[0]) > 1:
         raise ValueError(
-            "the figure 'orbit' draws one trajectory, and these are several: select one, as with "
+            "the figure 'orbit' draws one trajectory, but there are several: select one, as with "
             "isel(), or draw their phase_portraits"
         )
     figure = new_figure((PAGE, _ORBIT_HEIGHT), layout="constrained")

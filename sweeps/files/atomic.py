@@ -162,7 +162,7 @@ def refuse_odd_output(output: Path) -> None:
     """Raise StorageError if the output is not something that a file may replace."""
     with storage_errors(f"cannot write {output}"):
         if output.is_dir():
-            raise StorageError(f"{output} is a folder; -o names a file")
+            raise StorageError(f"{output} is a folder; -o must name a file")
         if output.exists() and not output.is_file():  # a device or a pipe would be replaced
             raise StorageError(f"{output} is not an ordinary file; -o must name one")
         above = next(folder for folder in output.absolute().parents if folder.exists())

@@ -90,7 +90,7 @@ def coordinates(grid: Grid) -> dict[str, Coordinate]:
     """Return dimensions, values and attributes of a grid's parameters, whether varied or fixed."""
     fixed = {name: ((), np.array(value, np.float64)) for name, value in grid.fixed.items()}
     own: dict[str, dict[str, str]] = {
-        CASE: {"long_name": "number of the case", "units": "1"},
+        CASE: {"long_name": "case number", "units": "1"},
         DIRECTION: {"long_name": f"direction along the followed axis, {grid.followed}"},
     }
     return {
@@ -161,10 +161,10 @@ def foreign_attributes(name: str, attributes: Mapping[str, Any]) -> Iterator[str
     if own is None:
         return
     for attribute in _DECODED & attributes.keys():
-        yield f"has {attribute} = {_shown(attributes[attribute])}, where there is none"
+        yield f"has {attribute} = {_shown(attributes[attribute])}, but should have none"
     fill = attributes.get("_FillValue")
     if fill is not None and not (isinstance(fill, np.floating) and np.isnan(fill)):
-        yield f"has _FillValue = {_shown(fill)}, where only NaN marks a missing value"
+        yield f"has _FillValue = {_shown(fill)}, but only NaN marks a missing value"
     if attributes.get("units", own["units"]) != own["units"]:
         yield f"has units = {_shown(attributes['units'])}, where {own['units']!r} is expected"
     if {"flag_values", "flag_meanings"} & attributes.keys():
@@ -179,7 +179,7 @@ def _foreign_flags(own: Mapping[int, str], found: Mapping[int, str]) -> Iterator
                 f"{own[value]!r} is expected"
             )
     if not found:
-        yield "has flag_values and flag_meanings that do not belong together"
+        yield "has flag_values and flag_meanings that do not match"
 
 
 def flags_of(attributes: Mapping[str, Any]) -> dict[int, str]:

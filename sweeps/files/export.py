@@ -45,7 +45,7 @@ def files_of(path: Path) -> list[Path]:
     """
     ending = path.suffix.lower()
     if ending not in ENDINGS:
-        raise TableError(f"{path}: a table ends in {' or '.join(ENDINGS)}")
+        raise TableError(f"{path}: the name of a table must end in {' or '.join(ENDINGS)}")
     if ending == ".csv":
         return [path, path.with_name(f"{path.stem}.columns.csv")]
     try:
@@ -53,7 +53,7 @@ def files_of(path: Path) -> list[Path]:
     except ImportError:
         raise TableError(
             "Parquet needs pyarrow, which is not installed: pip install 'pyarrow>=16'; "
-            "a table that ends in .csv needs nothing more"
+            "a .csv table needs no extra package"
         ) from None
     return [path]
 
@@ -61,9 +61,7 @@ def files_of(path: Path) -> list[Path]:
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
     """Raise TableError if a Dataset is empty, or is no result, trajectory or set of borders."""
     if not set(_TEMPLATES) & ds.variables.keys():
-        raise TableError(
-            f"{name} holds neither the result of a sweep nor a trajectory, nor borders"
-        )
+        raise TableError(f"{name} holds no result of a sweep, no trajectory and no borders")
     if empty := [str(dim) for dim, size in ds.sizes.items() if size == 0]:
         raise TableError(f"{name} is empty: no value along {', '.join(empty)}")
 

@@ -148,7 +148,7 @@ class Journal:
         Raises OSError; even then all computed points in `done` are completely in the file.
         """
         if np.isnan(rows[:, STATUS]).any():
-            raise ValueError("a row without a status is no finished point")
+            raise ValueError("a row without a status is not a finished point")
         fresh = ~self.done[indices]
         order = np.flatnonzero(fresh)[np.argsort(indices[fresh], kind="stable")]
         indices, rows = indices[order], rows[order]
@@ -275,7 +275,7 @@ class Journal:
             same = np.array_equal(records[:, _KEY], self._keys.of(numbers[some]))
             if not (same and _are_sound(records).all()):
                 raise DamagedRecordError(
-                    f"{self.path} was damaged while it was in use; give the same command again"
+                    f"{self.path} was damaged while it was in use; run the same command again"
                 )
             yield some, records.view(np.float64)[:, _ROW]
 
@@ -337,7 +337,7 @@ def readable_manifest(path: Path) -> Manifest | None:
     if not (head or text):
         return None  # the journal was just being created
     if head == _OLDER and not text:
-        raise _of_another_version(path, "which kept its points in another form")
+        raise _of_another_version(path, "which stored its points in another format")
     digest, _, text = text.partition("\n")
     if _digest(text.rstrip("\n")) != digest:
         raise StorageError(
@@ -347,10 +347,10 @@ def readable_manifest(path: Path) -> Manifest | None:
     manifest = cast(Manifest, json.loads(text))
     version, columns = manifest.get("numerics_version"), manifest.get("columns")
     if version != NUMERICS_VERSION:
-        what = f"numerics version {version}, this is {NUMERICS_VERSION}"
+        what = f"numerics version {version}; this one has {NUMERICS_VERSION}"
         raise _of_another_version(path, what)
     if columns != list(RESULT_COLUMNS):
-        raise _of_another_version(path, "with other result variables")
+        raise _of_another_version(path, "with different result variables")
     return manifest
 
 

@@ -68,7 +68,7 @@ def _opened(path: Path) -> xr.Dataset:
     ]
     if found:
         file.close()
-        remedy = "the file was changed after it was written, and would be shown wrongly"
+        remedy = "the file was changed after it was written, and its values would be misread"
         raise StorageError("\n".join([*found, f"{remedy}: restore it, or compute it again"]))
     whole_chunks(file)
     store = xr.backends.NetCDF4DataStore(file)  # type: ignore[no-untyped-call]

@@ -121,7 +121,7 @@ class Outputs:
             refuse_odd_output(path)
             inputs = [file for file in self._inputs if file and file.exists()]
             if path.exists() and any(path.samefile(file) for file in inputs):
-                raise RefusalError(f"{path} is an input itself; -o names another file")
+                raise RefusalError(f"{path} is also an input; choose another -o")
         with self.folder.held():
             self._refuse_unfinished()
             self._before = {path: fingerprint(path) for path in self.paths}
@@ -227,13 +227,13 @@ class Outputs:
         left = self._left()
         if left and left["request"] != self._request and not self._overwrite:
             raise RefusalError(
-                f"an earlier command was stopped before {self.main} had its name: "
-                f"{left['command']}; give it again to finish it, or choose another -o; "
+                f"an earlier command was stopped before {self.main} was in place: "
+                f"{left['command']}; run it again to finish it, or choose another -o; "
                 "--overwrite drops what it had computed"
             )
 
     def _taken(self, path: Path) -> RefusalError:
-        return RefusalError(f"{path} exists already; {self._ways_out}")
+        return RefusalError(f"{path} already exists; {self._ways_out}")
 
     # --- files left by an earlier run ---
 
@@ -317,8 +317,8 @@ class Outputs:
     def _appeared(self, path: Path) -> StorageError:
         kept = f"; the computed files are kept in {self.folder.path}" if self._request else ""
         return StorageError(
-            f"{path} was made or changed by somebody else while this command ran, and is left "
-            f"alone{kept}. Move {path.name} away and give the same command again, or choose "
+            f"{path} was created or changed by something else during this command, and is left "
+            f"alone{kept}. Move {path.name} away and run the same command again, or choose "
             "another -o"
         )
 

@@ -61,8 +61,8 @@ class RunFolder:
         if not self.journal.exists():
             return gone
         return (
-            f"{gone} yet: its sweep is not finished. The command of the sweep with --partial "
-            "writes the points finished so far, and without it computes the others"
+            f"{gone} yet: its sweep is not finished; run the command of the sweep with --partial "
+            "to write the points finished so far, or without it to compute the others"
         )
 
     @contextlib.contextmanager
@@ -82,7 +82,7 @@ class RunFolder:
         except Timeout:
             raise InUseError(self._in_use()) from None
         except FileNotFoundError:  # the other run removed the folder between these two lines
-            raise InUseError(f"{self.output} is now being finished") from None
+            raise InUseError(f"{self.output} is being finished by another run right now") from None
         except (OSError, RuntimeError) as error:
             raise StorageError(f"cannot write into {self.path}: {reason(error)}") from error
         try:

@@ -82,7 +82,7 @@ def write_result(
             raise OSError("the file does not read back as it was written")
         written = contents(temporary, chunks)
         if not np.array_equal(written.statuses, statuses):
-            raise OSError("the file does not hold the points that it is made of")
+            raise OSError("the file does not hold the points that were written to it")
         return written
 
 

@@ -58,7 +58,7 @@ class FitError(ExpectedError, ValueError):
 
     >>> fit({"T": [200, 250], "F_max": [2.8e-3, 1.3e-3]}, "k", {"sweep": {"K": [3000, 4000]}})
     Traceback (most recent call last):
-    sweeps.fitting.fitting.FitError: the config has axes, spring_stiffness: put varied ...
+    sweeps.fitting.fitting.FitError: the config has axes (spring_stiffness): put varied ...
     """
 
 
@@ -85,8 +85,8 @@ class _Progress:
     def sampled(self, posterior: Posterior) -> None:
         """Show how far the posterior has got."""
         self.outlook = (
-            f"{self._best}; posterior: {posterior.steps} of some {posterior.likely_steps} steps, "
-            f"R-hat {posterior.agreement:.2f} (settles below {ALIKE})"
+            f"{self._best}; posterior: {posterior.steps} of about {posterior.likely_steps} steps, "
+            f"R-hat {posterior.agreement:.2f} (converged below {ALIKE})"
         )
 
     @property
@@ -247,11 +247,11 @@ def summary_of(ds: xr.Dataset) -> str:
     Raises FitError if the Dataset is no fit or the package uncertainties is missing.
     """
     if "parameter_value" not in ds:
-        raise FitError("this is no fit; make one with `stickslip fit` or `sweeps.fit`")
+        raise FitError("this is not a fit; make one with `stickslip fit` or `sweeps.fit`")
     if lost := [dim for dim in ("datum", "free_parameter") if dim not in ds.dims]:
         raise FitError(
-            f"a fit without the dimension {lost[0]} has no summary: keep it, as with "
-            f"isel({lost[0]}=[0]), and without squeeze()"
+            f"a fit without the dimension {lost[0]} has no summary: keep it by using "
+            f"isel({lost[0]}=[0]), and do not use squeeze()"
         )
     require("uncertainties", "a fit", _FOR_A_FIT)
     from sweeps.fitting.output import table_of
@@ -303,13 +303,13 @@ def model_of(
     options = options_of(config)
     if varied := [*config.sweep, *config.cases]:
         raise FitError(
-            f"the config has axes, {', '.join(varied)}: put varied parameters into the data, and "
+            f"the config has axes ({', '.join(varied)}): put varied parameters into the data, and "
             "leave `sweep`, `cases` and `sample` out"
         )
     if both := [name for name in config.model if name in data.parameters]:
         raise FitError(
-            f"{', '.join(both)} is in the config and also a column of the data: leave one of the "
-            "two out"
+            f"given both in the config and as columns of the data: {', '.join(both)}; leave one of "
+            "the two out"
         )
     if options.physics.chance:
         raise FitError("noise: a mean of random paths cannot be fitted; leave out 'stochastic'")

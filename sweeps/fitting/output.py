@@ -48,7 +48,7 @@ RELATIVE = (
     "none given; residuals are relative to the values, with a common unknown factor that chi2/dof "
     "estimates"
 )
-GIVEN = "given; standard errors grow with the root of chi2/dof if that is above 1"
+GIVEN = "given; standard errors are scaled by the root of chi2/dof if that is above 1"
 
 
 def fit_dataset(
@@ -139,7 +139,7 @@ def _of_data(fit: Fit, known: Statistics) -> dict[str, Any]:
         residuals = (data.value - trial.fitted) / errors
     # A datum without a periodic orbit has no derivative, but need not be near a jump.
     jumps = np.where(fit.left_out, 1, np.where(known.jumps, 2, 0))
-    unit = "in the unit of the variable, datum_variable"
+    unit = "in the unit of the variable named in datum_variable"
     off = "measured minus fitted value, in standard errors"
     changes = "whether the motion changes within the step of a derivative, or within the intervals"
     flags = _flags(("smooth", "at_jump", "jumps_within_intervals"))
@@ -177,7 +177,7 @@ def _of_parameters(fit: Fit, known: Statistics, profile: Floats | None) -> dict[
             errors,
             _named("standard error of the fitted value", comment=units, form=forms),
         ),
-        "parameter_start": (FREE, starts, _named("start of the fit", comment=units)),
+        "parameter_start": (FREE, starts, _named("starting value of the fit", comment=units)),
         "parameter_determination": (
             FREE,
             known.determination,
@@ -208,7 +208,7 @@ def _of_posterior(fit: Fit, posterior: Posterior) -> dict[str, Any]:
         "posterior_draws": (
             (FREE, CHAIN, DRAW),
             drawn,
-            _named("values drawn by probability", comment=units),
+            _named("values drawn from the posterior", comment=units),
         ),
         "posterior_log_probability": (
             (CHAIN, DRAW),
@@ -298,7 +298,7 @@ def _machine_line(ds: xr.Dataset) -> str:
         if name in ds.coords and ds[name].ndim == 0
         if name not in ds[FREE].values and f"datum_{name}" not in ds
     )
-    return f"computed with {', '.join(listed)} (--set or a config gives others)"
+    return f"computed with {', '.join(listed)} (change them with --set or a config)"
 
 
 def _parameter_lines(ds: xr.Dataset) -> list[str]:
@@ -334,7 +334,7 @@ def posterior_line(ds: xr.Dataset) -> str:
             )
         return (
             f"posterior: NOT DETERMINED, since {walkers} walkers do not agree after {steps} steps "
-            f"({agreement}): they change too rarely between basins"
+            f"({agreement}): they move between basins too rarely"
         )
     draws = round(float(ds.attrs["posterior_independent_draws"]))
     time, priors = float(ds.attrs["posterior_autocorrelation"]), ds.attrs["posterior_priors"]
@@ -392,8 +392,8 @@ def _statistic_lines(ds: xr.Dataset) -> list[str]:
     if "posterior_draws" in ds:
         lines.append(posterior_line(ds))
     if jumps := int((ds.datum_at_jump != 0).sum()):
-        data = "a jump of 1 datum bounds" if jumps == 1 else f"jumps of {jumps} data bound"
+        data = "a jump at 1 datum bounds" if jumps == 1 else f"jumps at {jumps} data bound"
         lines.append(
-            f"{data} the basin of this minimum: intervals include all other basins that may be true"
+            f"{data} the basin of this minimum: intervals include all other possible basins"
         )
     return lines

@@ -88,9 +88,9 @@ def free_parameters(free: Free, fixed: Parameters, columns: Iterable[str]) -> li
             hint = hint or "; `stickslip schema` lists the names"
             raise FreeError(f"there is no parameter {given!r}{hint}")
         if name in columns:
-            raise FreeError(f"{name} is free, and a column of the data: leave one of them out")
+            raise FreeError(f"{name} is free and also a column of the data; leave one out")
         if name in found:
-            raise FreeError(f"{name} is free twice, by name and by symbol; leave one out")
+            raise FreeError(f"{name} is listed twice, by name and by symbol; leave one out")
         found[name] = _free(PARAMETERS[name], fixed, limits)
     if not found:
         raise FreeError("no parameter is free: name some, such as k,gamma")
@@ -129,7 +129,7 @@ def _logarithmic(variable: ParameterVariable, start: float | None, limits: Range
         middle = (low + high) / 2.0 if start is None else math.log(abs(start))
         return FreeParameter(name, LOGARITHMIC, sign, 1.0, middle, low, high, (low, high))
     if not start:
-        raise FreeError(f"{name} starts at 0: give it a start above 0, or a range, {name}=LOW:HIGH")
+        raise FreeError(f"{name} starts at 0: give it a nonzero start, or a range, {name}=LOW:HIGH")
     middle, sign = math.log(abs(start)), math.copysign(1.0, start)
     near, far = (_NEAR_K, _FAR_K) if variable.units == "K" else (_NEAR, _FAR)
     box = (middle - near, middle + near)
@@ -172,10 +172,10 @@ def priors_of(priors: Mapping[str, Any], free: Iterable[FreeParameter]) -> dict[
         name = canonical_name(given)
         if name not in names:
             raise FreeError(
-                f"a prior of {given}, which is not free; the free parameters are {', '.join(names)}"
+                f"a prior for {given}, which is not free; free parameters: {', '.join(names)}"
             )
         if name in found:
-            raise FreeError(f"two priors of {name}, by name and by symbol; leave one out")
+            raise FreeError(f"two priors for {name}, by name and by symbol; leave one out")
         try:
             found[name] = distribution_of(name, _computed(written))
         except ValueError as error:

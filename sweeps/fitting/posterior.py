@@ -141,8 +141,8 @@ def posterior_of(
         )
     if math.isnan(fit.scale):
         raise PosteriorError(
-            "the data have no errors, and are no more than the free parameters, so that their "
-            "scatter does not show the errors either: give errors, more data or fewer parameters"
+            "the data have no errors, and there are no more data than free parameters, so their "
+            "scatter does not show the errors: give errors, more data or fewer free parameters"
         )
     rng = np.random.default_rng(_SEED)
     count = max(WALKERS, 8 * len(search.model.free))
@@ -169,7 +169,7 @@ def posterior_of(
         show(found)
         if found.lost > LARGEST_LOST and sampler.iteration > _CHECKED:
             raise PosteriorError(
-                f"{found.lost:.1%} of the trials lack a value that could make them probable (the "
+                f"{found.lost:.1%} of the trials might be probable but lack a value (the "
                 f"limit is {LARGEST_LOST:.0%}): without their orbits the draws would be biased "
                 "against them; give narrower ranges, or leave out data that no orbit describes"
             )
@@ -190,8 +190,8 @@ def _within(
         order = np.argsort(-logs)[: len(excluded)]
         if len(order) < len(excluded) or not np.isfinite(logs[order]).all():
             raise PosteriorError(
-                "the priors exclude nearly all trials of the search: give wider priors, or ranges "
-                "of the free parameters within the priors"
+                "the priors exclude nearly all trials of the search: give wider priors, or "
+                "ranges for the free parameters within the priors"
             )
         places[excluded] = others[order]
     return places
@@ -274,6 +274,6 @@ def _prior_of(fit: Fit, priors: Mapping[str, Distribution]) -> Callable[[Floats]
 
 
 def _in_words(fit: Fit, priors: Mapping[str, Distribution]) -> str:
-    scales = {LOGARITHMIC: "even in its logarithm", PLAIN: "even"}
+    scales = {LOGARITHMIC: "uniform in its logarithm", PLAIN: "uniform"}
     words = (f"{one.name} {priors.get(one.name, scales[one.form])}" for one in fit.model.free)
     return ", ".join(words)

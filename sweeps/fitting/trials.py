@@ -134,13 +134,13 @@ def refuse_other_units(data: Measurements, trials: Sequence[Trial]) -> None:
         if (ratios < 0.0).all():
             raise OtherUnitError(
                 f"{name}: the measured values have the opposite sign to the model's in all trials; "
-                "the amplitude of a force, which is positive, is F_max"
+                "for the amplitude of a force, which is positive, use F_max"
             )
         nearest = min(ratios[ratios > 0.0], key=lambda ratio: abs(math.log(ratio)))
         if not 1.0 / _FAR <= nearest <= _FAR:
             raise OtherUnitError(
-                f"{name}: the measured values are some {nearest:.2g} times the model's even in "
-                f"the nearest of {len(trials)} trials: are they in {RESULTS[name].units}? do "
+                f"{name}: the measured values are about {nearest:.2g} times the model's even in "
+                f"the closest of {len(trials)} trials: are they in {RESULTS[name].units}? do "
                 "frequency, stiffness and area match your machine (--set, or a config)?"
             )
 

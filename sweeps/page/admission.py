@@ -14,10 +14,10 @@ Query: TypeAlias = Mapping[str, str]
 """The decoded parameters of a request, without its token."""
 
 _STRANGE = (
-    "this page opens with the whole address that `stickslip explore` has printed, with its token"
+    "open this page with the whole address that `stickslip explore` printed, including the token"
 )
-_ODD = "this is not a request of a browser"
-_NOT_GET = "this page answers GET alone"
+_ODD = "this is not a request from a browser"
+_NOT_GET = "this page answers only GET"
 _TWICE = "a parameter is given more than once"
 
 

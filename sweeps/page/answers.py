@@ -143,7 +143,7 @@ _FURTHER = {
     "periods_integrated": "periods integrated",
     "floquet_multiplier": "Floquet multiplier |μ|",
     "lyapunov_exponent": "Lyapunov exponent",
-    "melting_count": "meltings over the orbit",
+    "melting_count": "melting events over the orbit",
     "dissipated_energy": "energy dissipated per period",
     "friction_force_in_phase": "force in phase with the drive F′",
     "friction_force_out_of_phase": "force in phase with its velocity F″",
@@ -276,7 +276,7 @@ def _comparison(motion: Motion) -> list[str]:
     values = [f"{name} = {stored:.7g}" for name, (stored, _) in differences.items()]
     more = f" and {len(values) - 3} more" if len(values) > 3 else ""
     versions = [f"{capitalised(text)}." for text in point.versions]
-    return [f"The file has other numbers: {', '.join(values[:3])}{more}.", *versions]
+    return [f"The file has different numbers: {', '.join(values[:3])}{more}.", *versions]
 
 
 def _paragraph(kind: str, text: str) -> str:

@@ -59,7 +59,7 @@ def _row(name: str) -> str:
     words, unit = name.replace("_", " "), units_of(parameter)
     default = f"{exact_text(parameter.default)} {plain(unit)}".strip()
     comment = f" ({parameter.comment})" if parameter.comment else ""
-    title = escape(f"{name}: {parameter.meaning}{comment}; in the paper {default}")
+    title = escape(f"{name}: {parameter.meaning}{comment}; by default {default}")
     called = escape(f"{words}, {plain(unit)}" if unit else words)
     symbol = f'<span class="symbol" title="{title}">{as_html(f"${parameter.tex}$")}</span>'
     slider = f'<input type="range" id="slider-{name}" step="any" aria-label="{words}">'
@@ -71,7 +71,7 @@ def _menus(config: Config) -> Iterable[tuple[str, str, tuple[str, ...]]]:
     """Yield the key, label and values of each setting that has more than one value."""
     rtol = exact_text(config.integrator.rtol)
     tolerances = dict.fromkeys([*map(exact_text, _TOLERANCES), rtol])
-    yield "integrator.rtol", "tolerance (rtol), also of stationarity", tuple(tolerances)
+    yield "integrator.rtol", "tolerance (rtol), also for stationarity", tuple(tolerances)
     yield "noise.treatment", "noise", tuple(NOISE_TREATMENTS)
     laws = dict.fromkeys([*FRICTION_LAWS, config.film.friction])  # it may be that of a package
     if len(laws) > 1:

@@ -70,7 +70,7 @@ _NUMBER = re.compile(r'(?<="id":)"p\d+"')
 
 _PORTRAIT, _SERVED_PORTRAIT = 440, 290  # pixels high
 _CHOSEN = (
-    " with an orbit in this page: the point at which it opens, points without a result, both sides "
+    " with an orbit on this page: the point at which it opens, points without a result, both sides "
     "of the boundaries between regimes, and an even spread."
 )
 
@@ -183,7 +183,7 @@ def part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, s
     """Return the points of a result on the page and where they are; raises ReportError."""
     if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
         raise ReportError(
-            f"{name} does not hold the result of a sweep, and other files have no page; "
+            f"{name} does not hold the result of a sweep, and only sweeps have a page; "
             "`stickslip plot` draws trajectories and fits, and --boundaries adds borders to the "
             "page of their map"
         )
@@ -197,7 +197,7 @@ def part_of(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, s
     if points > MOST_POINTS:
         longest = max(part.sizes, key=lambda dim: part.sizes[dim])
         raise ReportError(
-            f"{name} has {points} points, and a page holds {MOST_POINTS}; show a slice of it, "
+            f"{name} has {points} points, but a page holds at most {MOST_POINTS}; show a slice, "
             f"for example with --at {longest}={part[longest].values[0]}"
         )
     return part, where
@@ -217,7 +217,7 @@ def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:
         return []
     (place,) = places_of(ds, chosen[:1])
     reasons = "; ".join(point_of(ds.isel(place)).versions)
-    return [f"The orbits were computed anew, and may differ: {reasons}."] if reasons else []
+    return [f"The orbits were recomputed and may differ: {reasons}."] if reasons else []
 
 
 def _of_result(
@@ -333,9 +333,9 @@ def _facts(
 
 def _hints(orbits: str, *, with_orbits: bool) -> dict[str, str]:
     """Return the hints on keys and orbits, and the classes that hide parts without an orbit."""
-    hint = "Point to see the numbers of a point; click or tap to pin it"
+    hint = "Hover over a point to see its numbers; click or tap to pin it"
     releases = ", Esc releases it" if orbits else ""  # a served page always has an open point
-    keys = f"Arrow keys move the pin{releases}. The address of the page links to what it shows."
+    keys = f"Arrow keys move the pin{releases}. The address of the page links to the current view."
     nearest = " and to draw the orbit of the nearest point of its kind that has one"
     computed = " and to compute its orbit"
     of_orbits = (nearest if orbits else computed) if with_orbits else ""

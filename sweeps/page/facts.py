@@ -70,7 +70,7 @@ def largest_error(ds: xr.Dataset) -> str:
     """Return a sentence on the largest stated error and the point that has it."""
     errors = trusted(ds, "amplitude_error").values.ravel() if "amplitude_error" in ds else None
     if errors is None or not np.isfinite(errors).any():
-        return "No point states an error."
+        return "No point has a stated error."
     number = int(np.nanargmax(errors))
     error = as_html(shown(xr.DataArray(float(f"{errors[number]:.1e}"))).value)
     where = _place_in_words(ds, number)

@@ -42,7 +42,7 @@ _ADMITTED = 64
 _STALLED_SECONDS = 30.0
 _SEND_BYTES = 1 << 18  # in the system's buffer, which takes more when a third has been read
 
-_LONG = f"the headers of a request have at most {_HEADER_BYTES} bytes"
+_LONG = f"the headers of a request may have at most {_HEADER_BYTES} bytes"
 _NOWHERE = "there is nothing at this path"
 _TOO_MANY = "too many requests are under way; close some tabs, and reload this one"
 
@@ -90,8 +90,8 @@ class PageServer:
         except OSError as error:
             why = os.strerror(error.errno or 0)
             raise PortError(
-                f"port {port} of {LOOPBACK} cannot be used: {why}; give another --port, or none "
-                "for a free one"
+                f"port {port} on {LOOPBACK} cannot be used: {why}; give another --port, or leave "
+                "it out to use a free one"
             ) from None
         self._listening.setblocking(False)
         self.port: int = self._listening.getsockname()[1]

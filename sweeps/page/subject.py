@@ -119,8 +119,8 @@ def _point_and_notes(
     config, notes = _adaptive(_config_of_point(point.config, point.parameters))
     if notes and point.loose:
         raise PointError(
-            f"this result is a stack, and {notes[0][0].lower()}{notes[0][1:-1]}, so that nothing "
-            "shows whether its config belongs to a point; explore each original result"
+            f"this result is a stack, and {notes[0][0].lower()}{notes[0][1:-1]}, so it cannot tell "
+            "whether the config applies to a point; explore each original result"
         )
     # Numbers that another method computed are not compared.
     stored = {} if notes else point.stored
@@ -252,7 +252,7 @@ def point_of_address(parts: Mapping[str, str], result: xr.Dataset | None) -> Sho
     place = {k.removeprefix(_AT): part for k, part in parts.items() if k.startswith(_AT)}
     if place:
         if result is None:
-            raise PointError("this page has no result file, so it cannot open a point of one")
+            raise PointError("this page has no result file, so it cannot open a point from one")
         try:
             at = places_at(result, [f"{name}={value}" for name, value in place.items()])
         except ValueError as error:
@@ -266,5 +266,5 @@ def point_of_address(parts: Mapping[str, str], result: xr.Dataset | None) -> Sho
             raise PointError(f"{key} is neither a parameter nor a setting")
     config = from_mapping({}, overrides=[f"{key}={part}" for key, part in parts.items()])
     if config.sweep or config.cases:
-        raise PointError("an address has one value of each parameter")
+        raise PointError("an address must have a single value for each parameter")
     return point_alone(config, config.parameters())

@@ -86,7 +86,7 @@ def test_both_ends_of_a_bracket_are_orbits_of_their_kinds(line: xr.Dataset) -> N
 
 
 def test_a_border_of_a_map_parts_its_kinds(borders: xr.Dataset) -> None:
-    """A small step across a line, to its left or right, finds the kind of that side."""
+    """A small step across a line, to its left or right, finds the kind on that side."""
     cell = {"temperature": 10.0, "angular_frequency": 40 / 6}
     scaled = np.stack([borders[name] / step for name, step in cell.items()], axis=1)
     points, expected = [], []
@@ -135,7 +135,7 @@ def test_the_order_of_axes_and_the_number_of_workers_change_no_border(
 
 @pytest.mark.stress
 def test_a_motion_that_never_closes_needs_only_its_kind(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A longer window only improves statistics; late points are computed last."""
+    """A longer window would only improve statistics, so none is used; late points come last."""
     begun: list[Task] = []
 
     def watched(task: Task) -> Block:
@@ -157,7 +157,7 @@ def test_a_motion_that_never_closes_needs_only_its_kind(monkeypatch: pytest.Monk
 
 
 def test_a_narrow_bracket_does_not_wait_for_a_slow_middle(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Toward the first border orbits close after 3, 5, 11, 15 and more and more periods."""
+    """Towards the first border, orbits take ever longer to close: 3, 5, 11, 15, ... periods."""
     ds = run({"model": {"T": 166}, "sweep": {"omega": [5, 34.5625, 35.25, 60]}})
     found, accuracy = ds.stickslip.boundaries(1e-4), 55e-4
     monkeypatch.setattr(computation, "PATIENT", 0.0)
@@ -213,14 +213,14 @@ def test_a_result_masked_by_ok_has_the_same_borders(line: xr.Dataset) -> None:
 
 
 def test_a_fitted_curve_has_borders_as_its_sweep_has(line: xr.Dataset) -> None:
-    """The data and parameters of a fit have further dimensions."""
+    """The data and parameters of a fit add dimensions of their own."""
     part = line.sel(angular_frequency=slice(44, 50))
     fitted = part.assign(fitted_value=("datum", np.ones(3)), parameter_value=("free", [1.0]))
     xr.testing.assert_equal(fitted.stickslip.boundaries(1e-3), part.stickslip.boundaries(1e-3))
 
 
 def test_a_stack_of_results_has_borders_only_if_their_settings_are_the_same() -> None:
-    """The Dataset has the config of the first result alone."""
+    """The Dataset keeps only the config of the first result."""
     axis = {"sweep": {"T": [200, 300]}}
     loose, stiff, strict, other = (
         run(settings | axis | {"model": {"K": K}}) for settings in (LOOSE, {}) for K in (3000, 4000)
@@ -230,13 +230,13 @@ def test_a_stack_of_results_has_borders_only_if_their_settings_are_the_same() ->
     mixed = xr.concat([loose, strict], "rtol")
     assert mixed.isel(rtol=0).stickslip.boundaries(0.1).sizes["boundary_point"] == 1
     for stack in (mixed.isel(rtol=1), xr.concat([loose, other], "spring_stiffness")):
-        message = f"results {messages.OTHER_SETTINGS}, or changed; compute the borders of each"
+        message = f"results {messages.OTHER_SETTINGS}, or edited; compute the borders of each"
         with pytest.raises(BoundaryError, match=message):
             stack.stickslip.boundaries(0.1)
 
 
 def test_the_settings_of_a_refined_stack_are_those_of_its_computed_points() -> None:
-    """An interpolated point took no periods, and no settings show in it."""
+    """No periods were computed for an interpolated point, so it does not reveal the settings."""
     refined = {
         "sweep": {"T": {"linspace": [200, 300], "num": 17}},
         "refine": {"axes": ["T"], "levels": 2, "where": ["regime", 0.3]},
@@ -256,7 +256,9 @@ def test_dropped_parameters_are_those_of_the_config_or_refused() -> None:
     slow = ds.isel(angular_frequency=0)
     found = slow.drop_vars("spring_stiffness").stickslip.boundaries(1e-2)
     np.testing.assert_array_equal(found.temperature, slow.stickslip.boundaries(1e-2).temperature)
-    with pytest.raises(BoundaryError, match="angular_frequency varied in this result"):
+    with pytest.raises(
+        BoundaryError, match="this result has lost angular_frequency, which varied in it"
+    ):
         ds.isel(angular_frequency=1, drop=True).stickslip.boundaries(1e-2)
 
 
@@ -287,7 +289,7 @@ def test_a_logarithmic_axis_is_bisected_by_ratios() -> None:
                 "noise": {"treatment": "stochastic", "realizations": 2},
                 "stationary": {"rtol": 1e-4, "window": 20},
             },
-            "a stochastic film has no border",
+            "a stochastic film has no borders",
         ),
     ],
 )
@@ -299,9 +301,9 @@ def test_results_without_borders_are_refused(changes: dict[str, Any], message: s
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"accuracy": 0.0}, "accuracy is a part"),
-        ({"accuracy": float("nan")}, "accuracy is a part"),
-        ({"kind": "amplitude"}, "kind is regime or orbit"),
+        ({"accuracy": 0.0}, "accuracy must be a fraction"),
+        ({"accuracy": float("nan")}, "accuracy must be a fraction"),
+        ({"kind": "amplitude"}, "kind must be regime or orbit"),
     ],
 )
 def test_wrong_arguments_are_refused(
@@ -312,7 +314,7 @@ def test_wrong_arguments_are_refused(
 
 
 def test_another_dataset_is_no_map(borders: xr.Dataset) -> None:
-    with pytest.raises(BoundaryError, match=f"{messages.NO_RESULT}: it lacks status"):
+    with pytest.raises(BoundaryError, match="not the result of a sweep: it lacks status"):
         borders.stickslip.boundaries()
-    with pytest.raises(BoundaryError, match=f"{messages.NO_RESULT}: it has no config"):
+    with pytest.raises(BoundaryError, match="not the result of a sweep: it has no config"):
         xr.Dataset().stickslip.boundaries()

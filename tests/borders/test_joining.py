@@ -1,4 +1,4 @@
-"""Crossings are joined to the lines of shapes, which are known."""
+"""Crossings are joined into lines, tested on shapes whose lines are known."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def disc(centre: tuple[float, float], radius: float) -> Shape:
 
 
 def on_the_left(shape: Shape, lines: list[Line], places: Floats, far: float = 0.02) -> None:
-    """Assert that each straight part of each line has its kinds on its sides."""
+    """Assert that each straight part of each line has the right kinds on its left and right."""
     for line in lines:
         for begin, end in zip(line.points, line.points[1:], strict=False):
             along = places[end] - places[begin]

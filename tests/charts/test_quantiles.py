@@ -51,7 +51,7 @@ def test_quantiles_are_taken_over_the_cases_with_a_result():
 
 def test_a_variable_without_quantiles_is_refused_for_what_it_is():
     found = quantiles_of(over_temperatures(4))
-    with pytest.raises(ValueError, match=f"no quantiles of regime; there are some of .*{F}"):
+    with pytest.raises(ValueError, match=f"no quantiles of regime, only of .*{F}"):
         variables_of(found, PlotOptions(variable=("regime",)))
 
 
@@ -66,8 +66,8 @@ def test_masked_kinds_and_counts_have_no_quantiles():
     ("ds", "levels", "said"),
     [
         (sweep(temperature=[200.0, 250.0]), None, "this result has none"),
-        (over_temperatures(4), [0.5, 95.0], r"lie between 0 and 1, unlike \[0.5, 95.0\]"),
-        (over_temperatures(4), [], "lie between 0 and 1"),
+        (over_temperatures(4), [0.5, 95.0], r"levels must be between 0 and 1, not \[0.5, 95.0\]"),
+        (over_temperatures(4), [], "levels must be between 0 and 1"),
         (over_temperatures(4).isel(case=[]), None, "has no points along case"),
         (over_temperatures(4).isel(temperature=[]), None, "has no points along temperature"),
         (over_temperatures(4).drop_vars("status"), None, "it lacks a status"),

@@ -1,4 +1,4 @@
-"""The film keeps the temperature of its walls, with the numbers of docs/decisions/heating.md."""
+"""The film stays at the temperature of its walls, by the numbers in docs/decisions/heating.md."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def dissipation() -> tuple[float, float]:
 
 
 def walls(dissipation: float) -> float:
-    """Return how much warmer [K] the walls are at the contact, in a stationary flow of heat."""
+    """Return how much warmer [K] the walls are at the contact, in steady heat flow."""
     p = Parameters()
     radius = math.sqrt(p.contact_area / math.pi)
     return dissipation * p.film_thickness * radius / (4.0 * CONDUCTIVITY)

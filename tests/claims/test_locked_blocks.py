@@ -1,7 +1,7 @@
 """The force of a block that a solid or stiff film locks to the drive is |2K - M omega^2| |X_m|.
 
-If springs and inertia nearly balance, the force is small and its slip is tiny. The tolerance of the
-velocity of the block alone would then say nothing about the slip.
+If springs and inertia nearly balance, the force is small and its slip is tiny. A tolerance on
+the block's velocity alone would then say nothing about the slip.
 """
 
 from __future__ import annotations

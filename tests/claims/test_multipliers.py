@@ -48,7 +48,7 @@ ASYMMETRIC = Parameters(angular_frequency=18.1078)
 
 @cache
 def central(p: Parameters) -> float:
-    """Return the multiplier by central differences of the slow twin, at the orbit for 1e-10."""
+    """Return the multiplier by central differences of the slow twin, at the rtol=1e-10 orbit."""
     orbit = orbits(np.array(p)[None], rtol=1e-10, stationary_rtol=1e-10)
     assert orbit.orbit_periods[0] == 1
     eigenvalues = np.linalg.eigvals(map_of_displacements(p, orbit.final[0, :3], 1e-5))

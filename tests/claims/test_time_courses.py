@@ -177,7 +177,7 @@ def test_fig_6_at_300_K_the_film_is_liquid_throughout() -> None:
 
 @cache
 def fig_6() -> list[xr.Dataset]:
-    """Return the sections of a run through four temperatures, without the way to each orbit."""
+    """Return the sections of a run through four temperatures, without the transients."""
     ds = simulate(periods=3, schedule={"temperature": [200.0, 220.0, 250.0, 300.0]})
     return [ds.isel(elapsed_time=slice(end - 2000, end)) for end in range(6001, 24002, 6000)]
 

@@ -1,4 +1,4 @@
-"""The work of the drive on locked blocks, whose loss is parts in 1e5 of the exchanged energy.
+"""The work of the drive on locked blocks, whose loss is a few parts in 1e5 of the exchanged energy.
 
 The loss and its stated error are compared with the same program at 1e-11, an independent solver,
 and the closed form of a block that does not slip.

@@ -10,7 +10,7 @@ from support.sweeps.commands import FOUR_POINTS, Command
 
 @pytest.fixture
 def command(shell: Command, request: pytest.FixtureRequest) -> Command:
-    """A call of the command; `a.yaml` is the A_YAML of the test file, or else four points."""
+    """The command, ready to be called; `a.yaml` has the test file's A_YAML, or else four points."""
     if not hasattr(request.module, "A_YAML"):
         Path("a.yaml").write_text(FOUR_POINTS)
     return shell

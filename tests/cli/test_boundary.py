@@ -81,7 +81,7 @@ def test_the_command_prints_how_many_brackets_stayed_wide(command: Command) -> N
     write_dataset(slow, Path("slow.nc"))
     for accuracy, is_wide in (("1e-2", False), ("1e-5", True)):
         done = command.ok("boundary", "slow.nc", "--accuracy", accuracy, "-o", f"{accuracy}.nc")
-        assert ("1 bracket wider than asked, at motions that close late" in done.out) == is_wide
+        assert ("1 bracket wider than requested, where motions close late" in done.out) == is_wide
 
 
 @pytest.mark.stress
@@ -100,10 +100,19 @@ def test_a_report_has_borders_on_its_map(
     write_dataset(borders.assign_coords(spring_stiffness=1000.0), Path("other.nc"))
     for options, message in (
         (["report", "map.nc", "--boundaries", "map.nc"], "not a file of borders"),
-        (["report", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),
-        (["report", "map.nc", "--boundaries", "lines.nc", "--at", "T=230"], "not both axes here"),
-        (["explore", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),
-        (["explore", "--boundaries", "lines.nc"], "the map of a result file: name one"),
+        (
+            ["report", "map.nc", "--boundaries", "other.nc"],
+            "borders are at K = 1000 N/m, which this result lacks",
+        ),
+        (
+            ["report", "map.nc", "--boundaries", "lines.nc", "--at", "T=230"],
+            "not both axes of this result",
+        ),
+        (
+            ["explore", "map.nc", "--boundaries", "other.nc"],
+            "borders are at K = 1000 N/m, which this result lacks",
+        ),
+        (["explore", "--boundaries", "lines.nc"], "the map of a result file: give one"),
     ):
         refused = command(*options)
         assert refused.code == 2

@@ -8,7 +8,7 @@ from support.sweeps.commands import Result, process
 
 # The scripts are typer's; it finds out which shell it is called from, unless that is given.
 def completed(line: str, shell: str, **more: str) -> Result:
-    """The answer to a shell for the last word of a line, asked as its typer script asks."""
+    """What a shell is offered for the last word of a line when it asks as typer's script does."""
     words = line.split(" ")
     asked = {
         "_STICKSLIP_COMPLETE": f"complete_{shell}",

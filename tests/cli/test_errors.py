@@ -30,7 +30,7 @@ stationary: {rtol: 1e-4}
 
 # --- impossible commands, their exit codes and messages ---
 
-FIGURES = "there are 2, 3, 4, 5, 6, 7, 8, 9, all"
+FIGURES = "choose from 2, 3, 4, 5, 6, 7, 8, 9, all"
 
 _OF_OTHERS = {".csv": "export", ".PNG": "plot", ".html": "report", ".yml": "new"}
 
@@ -61,14 +61,14 @@ REFUSALS = [
     (
         "simulate --set simulation.drive.velocity=2e-6 --set simulation.duration=0.1 --periods 2",
         2,
-        "--periods: .*leave it out, .*--set simulation.duration=",
+        "--periods: .*leave out --periods, .*--set simulation.duration=",
     ),
     ("check a.yaml --set noise.seed=3", 2, "belongs to `treatment: stochastic`"),
     ("check a.yaml --set noise.treatment=none", 2, "could never solidify"),
     (
         "sweep a.yaml --scheduler tcp://10.0.0.1:8786 --workers 4",
         2,
-        "--workers: a scheduler has workers of its own; leave one out",
+        "--workers: a scheduler has its own workers; give only one of the two",
     ),
     *(
         (f"sweep a.yaml --scheduler {address}", 2, "must be an address such as tcp://")
@@ -83,10 +83,10 @@ REFUSALS = [
             "tcp://:8786",
         )
     ),
-    ("sweep a.yaml --max-runtime soon", 2, "--max-runtime: 'soon' is no duration"),
+    ("sweep a.yaml --max-runtime soon", 2, "--max-runtime: 'soon' is not a duration"),
     ("sweep a.yaml --max-runtime 0", 2, "--max-runtime: .* longer than 0"),
     ("sweep a.yaml --partial --retry-failed", 2, "--partial computes nothing, .*leave one of the"),
-    ("sweep a.yaml --part 3/2", 2, "--part: '3/2' is no part"),
+    ("sweep a.yaml --part 3/2", 2, "--part: '3/2' is not a part"),
     ("merge no.nc -o m.nc", 5, "no.nc does not exist"),
     ("replay no.nc", 5, "no.nc does not exist"),
     ("sweep .", 2, r"\.: cannot be read"),
@@ -98,7 +98,7 @@ REFUSALS = [
         for ending, other in _OF_OTHERS.items()
     ),
     ("sensitivity a.yaml -o a.nc4", 2, "a.nc4: -o names a NetCDF file"),
-    ("export no.nc -o a.xlsx", 2, "a.xlsx: a table ends in .csv or .parquet"),
+    ("export no.nc -o a.xlsx", 2, "a.xlsx: the name of a table must end in .csv or .parquet"),
     ("export no.nc -o a.yaml/a.csv", 5, "a.yaml is not a folder"),
     ("figure 1", 2, f"no figure 1; {FIGURES}"),
     ("figure 3 10 x", 2, f"no figure 10, x; {FIGURES}"),
@@ -199,7 +199,7 @@ def test_a_write_that_fails_at_the_end_keeps_the_old_file(
 
 @pytest.mark.slow
 def test_a_really_full_disk_keeps_the_old_file(tmp_path: Path) -> None:
-    """A limit on file sizes stands for a small disk: the library reports both in the same way."""
+    """A limit on file sizes stands in for a small disk: the library reports both alike."""
     path = tmp_path / "a.nc"
     write_dataset(xr.Dataset({"old": 1.0}), path)
     old = path.read_bytes()

@@ -72,5 +72,5 @@ def test_other_files_are_not_replaced_by_tables(command: Command) -> None:
     result = Path("a.nc").rename("c.csv").read_bytes()
     for more in ([], ["--overwrite"]):
         code, _, err = command("export", "c.csv", *more)
-        assert (code, err) == (2, "c.csv is an input itself; -o names another file\n")
+        assert (code, err) == (2, "c.csv is also an input; choose another -o\n")
     assert Path("c.csv").read_bytes() == result

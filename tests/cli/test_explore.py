@@ -86,7 +86,7 @@ def test_unusable_files_are_refused(command: Command) -> None:
 def test_the_command_for_a_point_of_a_slice_names_the_slice(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Without it several points remain."""
+    """Without it, the command would match several points."""
     pytest.importorskip("bokeh", reason="bokeh is not installed")
     from sweeps.page.document import served
 

@@ -84,11 +84,11 @@ def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str
     replayed = command.ok("replay", "fit.nc", "--at", "T=240")
     assert messages.SAME_BITS in replayed.out
     command.ok("plot", "fit.nc", "-o", "again.svg")
-    said = "fit.nc is the file of a fit, not of a sweep; `stickslip info` describes it\n"
+    said = "fit.nc holds a fit, not a sweep; `stickslip info` describes it\n"
     assert command("status", "fit.nc") == (2, "", said)
     refused = command("sweep", "fit.yaml", "-o", "fit.nc")
     assert (refused.code, refused.out) == (2, "")
-    assert refused.err.startswith("fit.nc is the file of a fit, not of a sweep; --overwrite")
+    assert refused.err.startswith("fit.nc holds a fit, not a sweep; --overwrite")
     name = "viscosity_coefficient"
     again = command.ok("fit", "d.csv", "--free", f"{name}=1e4:2e5", "-o", "fit.nc")
     assert f"fit.nc {messages.COMPLETE}" in again.err
@@ -100,8 +100,8 @@ def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("d.csv --free k=1", "--free k=1: a range is k=LOW:HIGH"),
-        ("d.csv --free k=1:2:3", "--free k=1:2:3: a range is k=LOW:HIGH"),
+        ("d.csv --free k=1", "--free k=1: a range is written k=LOW:HIGH"),
+        ("d.csv --free k=1:2:3", "--free k=1:2:3: a range is written k=LOW:HIGH"),
         ("d.csv --free k=1_0:2e5", "must be a number, not '1_0'; write it without underscores"),
         ("d.csv --free k,k", "k is given twice"),
         ("d.csv --free T", "a column of the data"),
@@ -110,9 +110,9 @@ def test_the_command_fits_and_its_files_can_be_used(command: Command, table: str
         ("d.csv --free k --profile", "needs two free parameters"),
         (
             "d.csv --free k --set T=200",
-            "temperature is in the config and also a column of the data",
+            "given both in the config and as columns of the data: temperature",
         ),
-        ("milli.csv --free k", "times the model's even in the nearest of 16 trials: are they in N"),
+        ("milli.csv --free k", "times the model's even in the closest of 16 trials: are they in N"),
         ("least.csv --free k", "have the opposite sign to the model's in all trials"),
     ],
 )
@@ -147,7 +147,7 @@ def test_temperatures_in_celsius_are_reported_before_the_fit(command: Command) -
     assert done.code == 2
     first, second = done.err.splitlines()
     assert first.startswith("warning: celsius.csv: T = 20 K is -253 degrees Celsius")
-    assert "temperature is free, and a column of the data" in second
+    assert "temperature is free and also a column of the data" in second
 
 
 @pytest.mark.stress

@@ -55,7 +55,7 @@ def test_info_says_why_code_is_not_cached(tmp_path: Path) -> None:
     done = process("info", environment={"NUMBA_CACHE_DIR": str(tmp_path / "file")})
     assert done.code == 0
     assert messages.NOT_CACHED in done.out
-    assert "cannot be written; set NUMBA_CACHE_DIR" in done.out
+    assert "is not writable; set NUMBA_CACHE_DIR" in done.out
     assert "cached in" not in done.out
 
 

@@ -39,6 +39,6 @@ def test_an_existing_file_is_kept(command: Command) -> None:
     before = Path("a.yaml").read_text()
     code, _, err = command("new", "a.yaml")
     assert code == 2
-    assert "a.yaml exists already" in err
+    assert "a.yaml already exists" in err
     assert Path("a.yaml").read_text() == before
-    assert "a config ends in .yaml" in command("new", "a.txt").err
+    assert "the name of a config must end in .yaml" in command("new", "a.txt").err

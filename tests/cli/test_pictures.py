@@ -55,7 +55,7 @@ def test_simulate_needs_no_config(command: Command) -> None:
     assert again == (0, "x/y.nc\n", f"x/y.nc {messages.COMPLETE}\n")
     code, _, err = command("simulate", *arguments, "--set", "T=250")
     assert code == 2
-    assert "x/y.nc exists already" in err
+    assert "x/y.nc already exists" in err
     command.ok("simulate", *arguments, "--overwrite")
 
 
@@ -251,8 +251,8 @@ def test_variables_of_the_config_are_those_of_amplitudes(
         (("--variable", "melting_cuont"), "did you mean 'melting_count'?"),
         (("--log", "u"), "there is no 'u'"),
         (("--style", "none"), "the style file none does not exist"),
-        (("--figure", "amplitudes", "-x", "T"), "--figure names a whole picture"),
-        (("-o", "a.jpg"), "a picture ends in .png, .pdf or .svg"),
+        (("--figure", "amplitudes", "-x", "T"), "--figure draws a whole picture"),
+        (("-o", "a.jpg"), "a picture's name must end in .png, .pdf or .svg"),
     ],
 )
 def test_plot_refuses_wrong_options(

@@ -61,7 +61,7 @@ def test_other_bits_are_reported_and_end_with_3(command: Command, result: Path) 
         file["melting_count"][:] = 77
     done = command("replay", "mine.nc", *POINT)
     assert done.code == 3
-    assert "the file has other values of 1 variable" in done.err
+    assert "the file has different values for 1 variable" in done.err
     assert "melting_count: 77, now 4" in done.out
 
 
@@ -72,7 +72,7 @@ def test_other_bits_of_another_version_are_explained(command: Command, result: P
         file.numerics_version = "1"
     done = command("replay", "mine.nc", *POINT)
     assert done.code == 0
-    assert f"{messages.OTHER_VERSION}1" in done.err
+    assert "the file has numerics version 1, this program " in done.err
 
 
 @pytest.mark.stress
@@ -89,8 +89,8 @@ def test_a_masked_point_is_compared_with_nothing(command: Command, result: Path)
     [
         ((), "several points remain"),
         ((*POINT, "-o", "a.png"), "names a NetCDF file"),
-        ((*POINT, "-o", "mine.nc"), "an input itself"),
-        ((*POINT, "--start", "there"), "--start is initial or stationary"),
+        ((*POINT, "-o", "mine.nc"), "is also an input"),
+        ((*POINT, "--start", "there"), "--start must be initial or stationary"),
     ],
 )
 def test_usage_errors_end_with_2(

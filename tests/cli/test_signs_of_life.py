@@ -42,13 +42,13 @@ SLOW_COMPILER = HASTY + (
     "main()\n"
 )
 
-WORD = "compiling for this processor: up to a minute, and kept for later runs"
+WORD = "compiling for this processor: up to a minute; the code is kept"
 SWEEP = ["sweep", "a.yaml", "-o", "a.nc", "--set", "execution.block_points=4"]
 SIMULATE = ["simulate", "-o", "a.nc", "--periods", "1"]
 COMMANDS = [SWEEP, ["plan", "a.yaml"], SIMULATE]
 STUCK = "4 points in flight, the oldest for 0:"
 FINISHING = "Ctrl-C: finishing 4 points in flight, the oldest for 0:"
-AT_ONCE = "Another Ctrl-C ends at once and gives up what is in flight."
+AT_ONCE = "Another Ctrl-C ends the run at once and drops the points in flight."
 
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def test_another_ctrl_c_gives_the_terminal_back_and_the_points_up(folder: Path) 
     child.types(b"\x03")
     assert child.ended() == 130
     assert child.text.count(HIDDEN) == child.text.count(VISIBLE) == 1
-    assert plain(child.text).endswith("Ended at once; what was journaled is kept.\r\n")
+    assert plain(child.text).endswith("Ended at once; points in the journal are kept.\r\n")
 
 
 # --- kernels that take long ---

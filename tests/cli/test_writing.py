@@ -1,4 +1,4 @@
-"""Every verb that writes: killed and repeated, run twice at once, and beside other files."""
+"""Every verb that writes: killed and repeated, run twice at once, and next to files of others."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def bokeh_is_there(request: pytest.FixtureRequest) -> None:
 
 
 def with_parts(shell: Shell, name: str) -> Verb:
-    """The verb; a merge gets its parts."""
+    """The verb; for a merge, its parts are computed first."""
     if name == "merge":
         Path("m.yaml").write_text(
             "sweep: {T: [230, 250, 270], omega: [20, 40]}\nintegrator: {rtol: 1e-4}\n"
@@ -163,7 +163,7 @@ def require_same(found: dict[str, Any], expected: dict[str, Any], what: str = ""
 
 
 def undisturbed(shell: Shell, verb: Verb) -> dict[str, Any]:
-    """The contents of the files after an undisturbed command; the files are removed again."""
+    """The contents of the files after an undisturbed command; the files are then removed."""
     shell.ok(*verb.command)
     expected = contents(verb)
     assert None not in expected.values()
@@ -205,7 +205,7 @@ def test_a_file_of_somebody_else_is_replaced_only_with_overwrite(shell: Shell, n
         done = shell(*verb.command)
         way_out = "choose another name" if name == "new" else "--overwrite replaces it"
         assert done.code == 2, done.err
-        assert f"{file} exists already; {way_out}" in done.err
+        assert f"{file} already exists; {way_out}" in done.err
         assert Path(file).read_bytes() == b"mine"
         Path(file).unlink()
         assert entries() == before
@@ -236,7 +236,7 @@ def test_a_file_that_appears_meanwhile_is_left_alone(
             appears_before(patch, outputs.Outputs, "_try_writing", file)
         done = shell(*verb.command, *option)
     assert done.code == 5, done.err
-    assert f"{file} {messages.CHANGED_BY_OTHERS} this command ran" in done.err
+    assert f"{file} {messages.CHANGED_BY_OTHERS} this command, and is left alone" in done.err
     assert file.read_bytes() == b"mine"
     file.unlink()
     if name in KNOWING:
@@ -247,7 +247,7 @@ def test_a_file_that_appears_meanwhile_is_left_alone(
 
 
 def appears_before(patch: pytest.MonkeyPatch, owner: Any, function: str, file: Path) -> None:
-    """Let a file of somebody else appear just before a function is called."""
+    """Make somebody else's file appear just before a function is called."""
     real = getattr(owner, function)
 
     def disturbed(*arguments: Any) -> Any:
@@ -279,7 +279,7 @@ def test_files_left_by_another_command_are_not_dropped_silently(
     other = [*verb.command, *verb.other.split()]
     done = shell(*other)
     assert done.code == 2
-    assert "was stopped before s.nc had its name: stickslip simulate a.yaml -o s.nc; " in done.err
+    assert "was stopped before s.nc was in place: stickslip simulate a.yaml -o s.nc; " in done.err
     shell.ok(*other, "--overwrite")
     assert entries() == sorted(["a.yaml", "box.yaml", "d.csv", "map.nc", "s.nc"])
 
@@ -310,7 +310,7 @@ def test_a_replay_does_not_replace_the_result_of_a_sweep(shell: Shell) -> None:
     shutil.copy("map.nc", "days.nc")
     done = shell("replay", "map.nc", "--at", "T=230", "--at", "omega=20", "-o", "days.nc")
     assert done.code == 2
-    assert "days.nc exists already" in done.err
+    assert "days.nc already exists" in done.err
     assert hash_of("days.nc") == hash_of("map.nc")
 
 
@@ -422,7 +422,7 @@ def places(verb: Verb) -> dict[str, Mishap]:
 def killed_and_given_again(
     shell: Shell, verb: Verb, expected: dict[str, Any], kill: Callable[[], str]
 ) -> None:
-    """Kill the command, look at what is there, and give it again."""
+    """Kill the command, look at what is there, and run it again."""
     what = kill()
     left = contents(verb)
     there = {name: expected[name] for name, held in left.items() if held is not None}

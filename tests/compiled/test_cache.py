@@ -122,7 +122,10 @@ PLANTED: dict[str, tuple[Callable[[Path], None], str]] = {
     "in a folder of another user": (lambda folder: give_away(folder.parent), "another user"),
     "others can write": (lambda folder: folder.chmod(0o777), "others can write into"),
     "its group can write": (lambda folder: folder.chmod(0o770), "others can write into"),
-    "others can exchange it": (lambda folder: folder.parent.chmod(0o777), "others can exchange"),
+    "others can exchange it": (
+        lambda folder: folder.parent.chmod(0o777),
+        "others can replace files",
+    ),
     "a link": (lambda folder: folder.rename(f"{folder}.mine"), "is not a folder"),
 }
 
@@ -317,7 +320,7 @@ def test_a_folder_that_becomes_read_only_does_no_harm(cache: Path) -> None:
 
 @contextlib.contextmanager
 def full_disk(monkeypatch: pytest.MonkeyPatch, call: str, code: int) -> Iterator[None]:
-    """Let this call fail whenever it writes."""
+    """Make this call fail whenever it writes."""
 
     def refuse(path: str, *how: str) -> Any:
         if how == ("rb",):

@@ -84,5 +84,5 @@ def test_it_counts_which_of_two_functions_a_third_name_means() -> None:
 
 @pytest.mark.parametrize("value", ["[1.0]", "{}", "__import__('json')", "object()"])
 def test_a_reference_that_may_change_unnoticed_is_refused_by_name(value: str) -> None:
-    with pytest.raises(TypeError, match=r"`SIZE`, to which helper refers, is of the type"):
+    with pytest.raises(TypeError, match=r"`SIZE`, to which helper refers, is of type"):
         hash_of(SOURCE.replace("SIZE = 2.0", f"SIZE = {value}"))

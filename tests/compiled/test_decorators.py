@@ -77,7 +77,7 @@ def test_a_kernel_is_named_by_its_module_and_function_or_by_its_factory() -> Non
 
 def test_a_name_is_refused_the_second_time() -> None:
     decorators.named_kernel("tests: constant[2]", make_constant(2.0))
-    with pytest.raises(ValueError, match=r"called tests: constant\[2\] already"):
+    with pytest.raises(ValueError, match=r"already a kernel called tests: constant\[2\]"):
         decorators.named_kernel("tests: constant[2]", make_constant(3.0))
 
 

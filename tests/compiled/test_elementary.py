@@ -1,6 +1,6 @@
 """Elementary functions without library calls: their stated errors, NaN, extremes, exactness.
 
-A unit of the last place is 1.1e-16, as in the module.
+A unit in the last place is 1.1e-16, as in the module.
 """
 
 import math
@@ -50,7 +50,7 @@ def _pair_of_columns(function: Any, x: np.ndarray) -> np.ndarray:
 
 
 def ulps(values: np.ndarray, exact: np.ndarray) -> float:
-    """Return the largest relative error in units of the last place."""
+    """Return the largest relative error in units in the last place."""
     return float(np.max(np.abs((values - exact) / exact))) / ULP
 
 

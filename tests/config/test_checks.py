@@ -1,4 +1,4 @@
-"""The parameters of a config, judged together: names and symbols, exchanged values, other units."""
+"""The parameters of a config, judged together: names and symbols, swapped values, other units."""
 
 from __future__ import annotations
 
@@ -117,10 +117,13 @@ def test_the_largest_grid_of_coefficients_is_checked_quickly() -> None:
     axis = "{linspace: [1, 2], num: 1000}"
     config = from_yaml(f"sweep: {{c: {axis}, d: {axis}, e: {axis}}}")
     assert len(config.sweep) == 3
-    assert "grow without bound" in problems(f"sweep: {{c: {axis}, d: {axis}, e: [0, 1]}}")[0]
+    assert (
+        "otherwise the order parameter grows without bound"
+        in problems(f"sweep: {{c: {axis}, d: {axis}, e: [0, 1]}}")[0]
+    )
 
 
 def test_a_grid_that_is_too_large_gets_no_further_checks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sweeps.config.checks.MAX_POINTS", 3)
     (problem,) = problems("sweep: {d: [0, 1], e: [0, 1]}")
-    assert "4 points are more than 3" in problem
+    assert "4 points exceed the limit of 3" in problem

@@ -43,7 +43,7 @@ def another_value(text: str, rng: random.Random) -> Mutation:
 
 
 def given_twice(text: str, rng: random.Random) -> Mutation:
-    """A line with a key stands there a second time."""
+    """A line with a key is repeated."""
     lines = text.splitlines(keepends=True)
     keyed = [i for i, line in enumerate(lines) if re.match(r" *[A-Za-z_]\w*: *\S", line)]
     chosen = rng.choice(keyed)
@@ -58,7 +58,7 @@ def character_lost(text: str, rng: random.Random) -> Mutation:
 
 
 def indented(text: str, rng: random.Random) -> Mutation:
-    """A line begins a space, or a tab, farther to the right."""
+    """A line is indented by one more space, or by a tab."""
     lines = text.splitlines(keepends=True)
     chosen = rng.randrange(len(lines))
     lines[chosen] = rng.choice(" \t") + lines[chosen]
@@ -97,7 +97,7 @@ def test_a_mistake_is_refused_with_its_line(count: int, monkeypatch: pytest.Monk
 
 
 def outcome(mutation: Mutation) -> str:
-    """Return `read`, or where the config is refused: in the line of the mistake, or elsewhere."""
+    """Return `read`, or where the config is refused: on the line of the mistake, or elsewhere."""
     told = problems_of(mutation.text)
     if not told:
         return "read"

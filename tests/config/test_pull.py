@@ -30,11 +30,14 @@ def test_a_table_is_read_from_the_folder_of_the_config(tmp_path: Path) -> None:
     ("table", "message"),
     [
         ("", r"pull.csv holds no data"),
-        ("elapsed_time;velocity\n0;1\n", "cells are separated by commas"),
-        ("time,velocity\n0,1\n", "pull.csv:1: needs the columns .* elapsed_time is missing"),
+        ("elapsed_time;velocity\n0;1\n", "separate cells with commas"),
+        (
+            "time,velocity\n0,1\n",
+            "pull.csv:1: needs exactly one column each of .* elapsed_time is missing",
+        ),
         ("elapsed_time,velocity,velocity\n0,1,2\n", "velocity is given twice"),
         ("elapsed_time,velocity\n", "holds no data"),
-        (GOOD + "2\n", "pull.csv:4: 1 cell below 2 names"),
+        (GOOD + "2\n", "pull.csv:4: 1 cell for 2 columns"),
         (
             GOOD + "2,fast\n",
             "pull.csv:4, column velocity: must be a number in SI units, not 'fast'",
@@ -43,8 +46,11 @@ def test_a_table_is_read_from_the_folder_of_the_config(tmp_path: Path) -> None:
         (GOOD + "2,inf\n", "pull.csv:4, column velocity: must be a finite number, not inf"),
         (GOOD + "2,\n", "pull.csv:4, column velocity: is empty"),
         (GOOD + "2,1\n" * 20_000, "has 20002 rows, more than 20000"),
-        (GOOD + "\n0.5,0\n", "pull.csv:5: elapsed_time is 0.5 s after 1 s; times must increase"),
-        (GOOD + "1,1e-6\n1,0\n", "pull.csv:5: elapsed_time is 1 s for the third time"),
+        (
+            GOOD + "\n0.5,0\n",
+            "pull.csv:5: elapsed_time falls from 1 s to 0.5 s; times must not decrease",
+        ),
+        (GOOD + "1,1e-6\n1,0\n", "pull.csv:5: elapsed_time is 1 s in three rows"),
         ("elapsed_time,velocity\n0,0\n1,0\n", "nothing would be pulled"),
     ],
 )
@@ -72,9 +78,9 @@ def test_a_step_of_the_velocity_is_two_rows_at_one_time(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("simulation", "more", "message"),
     [
-        ({"drive": {}}, {}, "must be one of velocity, table, nodes"),
-        ({"drive": {"velocity": 1e-6, "nodes": [[0, 1e-6]]}}, {}, "must be one of"),
-        ({"drive": {"table": "a.csv", "nodes": [[0, 1e-6]]}}, {}, "must be one of"),
+        ({"drive": {}}, {}, "needs exactly one of velocity, table, nodes"),
+        ({"drive": {"velocity": 1e-6, "nodes": [[0, 1e-6]]}}, {}, "needs exactly one of"),
+        ({"drive": {"table": "a.csv", "nodes": [[0, 1e-6]]}}, {}, "needs exactly one of"),
         ({"drive": {"speed": 1e-6}}, {}, "unknown key"),
         ({"drive": {"velocity": 1e-6}}, {}, "needs a `duration`"),
         ({"duration": 1}, {}, "`duration` belongs to a `drive`"),

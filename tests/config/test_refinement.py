@@ -55,8 +55,8 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
 @pytest.mark.parametrize(
     ("yaml", "message"),
     [
-        ("follow: K", "2: follow: must name a swept axis, not 'K'; the swept axes are temp"),
-        ("follow: 3", "2: follow: must be a text"),
+        ("follow: K", "2: follow: must name a swept axis, not 'K'; swept axes: temp"),
+        ("follow: 3", "2: follow: must be text"),
         ("follow: T\nrefine: {axes: [omega]}", "follow: cannot be combined with `refine`"),
         ("follow: T\ncases: {K: [1e3, 2e3]}", "follow: cannot be combined with `cases`"),
         ("refine: 3", "refine: must be {axes: "),
@@ -71,7 +71,7 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
         ("refine: {axes: [T], level: 2}", "refine.level: unknown key .did you mean 'levels'"),
         ("refine: {axes: [T], where: [regme]}", r"refine.where\[0\]: must be regime or a number"),
         ("refine: {axes: [T], where: [2]}", "must be a fraction between 0 and 1, not 2"),
-        ("refine: {axes: [T], where: [0.1, 0.2]}", "takes regime and one number"),
+        ("refine: {axes: [T], where: [0.1, 0.2]}", "takes regime and at most one number"),
     ],
 )
 def test_an_impossible_follow_or_refine_is_refused(yaml: str, message: str) -> None:
@@ -89,7 +89,7 @@ def test_an_axis_is_followed_for_one_of_several_cases(cases: str) -> None:
 @pytest.mark.parametrize("axis", [[200, 210, 300], [200, 300, 250], [0, 1, 10], [-1, 1, 10]])
 def test_a_refined_axis_must_be_even(axis: list[float]) -> None:
     (problem,) = problems(f"sweep: {{x_0: {axis}}}\nrefine: {{axes: [x_0], levels: 1}}\n")
-    assert "initial_displacement needs values with a common step or a common ratio" in problem
+    assert "initial_displacement needs values with a constant step or ratio" in problem
 
 
 @pytest.mark.parametrize(

@@ -59,9 +59,12 @@ def test_a_sample_is_a_set_of_cases_and_the_file_describes_the_draw() -> None:
     ("sample", "message"),
     [
         ("3", "sample: must be {sobol: 1024"),
-        ("{sobol: 4}", "sample: needs sobol or latin_hypercube, and parameters"),
-        ("{T: [1, 2]}", "sample: needs sobol or latin_hypercube, and parameters"),
-        ("{sobol: 4, latin_hypercube: 4, T: [1, 2]}", "sample: needs sobol or latin_hypercube"),
+        ("{sobol: 4}", "sample: needs exactly one of sobol and latin_hypercube, and parameters"),
+        ("{T: [1, 2]}", "sample: needs exactly one of sobol and latin_hypercube, and parameters"),
+        (
+            "{sobol: 4, latin_hypercube: 4, T: [1, 2]}",
+            "sample: needs exactly one of sobol and latin_hypercube",
+        ),
         ("{sobol: 0, T: [1, 2]}", "sample.sobol: must be at least 1, not 0"),
         ("{sobol: 4, seed: -1, T: [1, 2]}", "sample.seed: must be at least 0"),
         ("{sobol: 4, Tx: [1, 2], T: [1, 2]}", "sample.Tx: unknown parameter"),
@@ -116,7 +119,7 @@ ERRORS = {"viscosity_coefficient": 7e3, "rheological_index": 0.02}
 
 
 def fit_file(path: Path, **changes: Any) -> Path:
-    """Write the variables of a file of a fit that describe its parameters, with changes."""
+    """Write a fit's file with just the variables that describe its parameters, some changed."""
     values = {
         "value": [*MIDDLE.values()],
         "standard_error": [*ERRORS.values()],
@@ -165,9 +168,7 @@ def test_invalid_draws_are_left_out_and_counted(tmp_path: Path) -> None:
     left = 8192 - len(config.cases["rheological_index"])
     assert left == pytest.approx(8192 * scipy.stats.norm.cdf(-0.45 / 0.14), abs=3)
     assert min(config.cases["rheological_index"]) > -1.0
-    assert global_attributes(config)["sample"].endswith(
-        f"; {left} sets left out for invalid values"
-    )
+    assert global_attributes(config)["sample"].endswith(f"; sets left out as invalid: {left}")
 
 
 @pytest.mark.parametrize(
@@ -176,7 +177,7 @@ def test_invalid_draws_are_left_out_and_counted(tmp_path: Path) -> None:
         ({}, "{sobol: 4, from: none.nc}", "names none.nc, which cannot be read: No such file"),
         ({}, "{sobol: 4, from: f.yaml}", "names f.yaml, which cannot be read: "),
         ({}, "{sobol: 4, from: 3}", "must be the name of a file that `stickslip fit` wrote, not 3"),
-        ({}, "{from: fit.nc}", "needs sobol or latin_hypercube, and parameters"),
+        ({}, "{from: fit.nc}", "needs exactly one of sobol and latin_hypercube, and parameters"),
         (
             {},
             "{sobol: 4, from: fit.nc, k: [1e4, 1e5]}",
@@ -185,7 +186,7 @@ def test_invalid_draws_are_left_out_and_counted(tmp_path: Path) -> None:
         (
             {"determination": [0, 1]},
             "{sobol: 4, from: fit.nc}",
-            "names fit.nc, whose data do not determine rheological_index: fit the others with",
+            "names fit.nc, whose data do not determine rheological_index: fit again with",
         ),
         (
             {"standard_error": [7e3, 0.2]},

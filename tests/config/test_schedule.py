@@ -31,9 +31,9 @@ def test_no_schedule_is_none() -> None:
         ({"T": [-1]}, {}, r"simulation.schedule.T\[0\]: must be at least 0"),
         ({"Tt": [1]}, {}, "unknown parameter .did you mean 'T'"),
         ({"T": 200}, {}, "simulation.schedule.T: must be a list"),
-        (5, {}, "simulation.schedule: must hold lines"),
+        (5, {}, "simulation.schedule: must consist of lines"),
         ({"T": [1, 2], "K": [1]}, {}, "temperature 2, spring_stiffness 1"),
-        ({"x_0": [0]}, {}, "x_0: cannot be scheduled: a run begins once"),
+        ({"x_0": [0]}, {}, "x_0: cannot be scheduled: a run has only one start"),
         ({"T": [1], "temperature": [2]}, {}, "gives temperature a second time"),
         ({"T": [1]}, {"sweep": {"T": [1, 2]}}, "gives temperature a second time"),
         ({"c": [850, 0]}, {}, "simulation.schedule: quartic_coefficient .c. = 0 needs a sextic"),
@@ -54,4 +54,4 @@ def test_coefficients_of_a_schedule_change_together() -> None:
 def test_a_value_under_model_applies_to_a_sweep() -> None:
     config = from_mapping(scheduled({"T": [200, 300]}, model={"T": 250}))
     assert config.parameters().temperature == 250.0
-    assert "applies to this run" in config.warnings[0]
+    assert "applies to a simulated run only" in config.warnings[0]

@@ -32,7 +32,7 @@ def test_processes_end_without_a_command_of_the_system() -> None:
 
 
 def test_a_process_repeats_no_warning_of_the_cache(tmp_path: Path) -> None:
-    """The main process has given it, and each kernel of each process would give it again."""
+    """The main process has warned already; each kernel of each process would warn again."""
     script = tmp_path / "script.py"
     script.write_text(
         "from stickslip.dispatch.children import children_started, process_pool\n"

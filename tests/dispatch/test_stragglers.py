@@ -156,7 +156,7 @@ def test_a_stop_does_not_wait_for_late_points_and_the_next_run_computes_them(
         code, _, err = shell("sweep", "a.yaml")
         hanging.set()
     assert code == 4
-    late = re.search(r"SIGTERM: giving up (\d) points? that may take minutes, for the next", err)
+    late = re.search(r"SIGTERM: leaving (\d) points?, which may take minutes, for the next", err)
     assert late is not None
     assert f"Stopped: SIGTERM. {7 - int(late[1])} of 7 points are kept in a.nc.run" in err
     code, out, err = shell("sweep", "a.yaml")

@@ -1,4 +1,4 @@
-"""The promises of docs/compatibility.md, kept with files and names of 1.0.0."""
+"""The promises of docs/compatibility.md, tested on files and names of 1.0.0."""
 
 from __future__ import annotations
 
@@ -192,6 +192,6 @@ def test_a_released_file_is_refused_and_kept_by_another_numerics_version(
     before = everything()
     done = command(*GROW)
     assert (done.code, done.out) == (2, "")
-    assert f"{messages.OTHER_VERSION}{NUMERICS_VERSION - 1}, this is" in done.err
+    assert f"{messages.OTHER_VERSION}{NUMERICS_VERSION - 1}; this is" in done.err
     assert done.err.endswith("--overwrite replaces it, -o writes elsewhere\n")
     assert everything() == before

@@ -1,4 +1,4 @@
-"""docs/configuration.md is made from the declarations, and what it shows can be typed."""
+"""docs/configuration.md is made from the declarations, and the examples in it are accepted."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OVERRIDES.remove("KEY=VALUE")
 
 
 def test_the_page_is_up_to_date() -> None:
-    """Run `python docs/configuration.py` where it is not."""
+    """Run `python docs/configuration.py` if it is not."""
     with_tables = runpy.run_path(str(DOCS / "configuration.py"))["with_tables"]
     assert with_tables(PAGE) == PAGE
 

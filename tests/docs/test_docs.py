@@ -128,12 +128,12 @@ def test_links_lead_somewhere(page: Path):
 
 
 def left_out(target: Path) -> bool:
-    """Whether this is a source distribution, which comes without pictures."""
+    """Whether the target is a picture, and this a source distribution, which has none."""
     return target.suffix in {".png", ".gif"} and not (ROOT / ".git").exists()
 
 
 def headings(page: Path) -> set[str]:
-    """The headings of a page as the ends of links that lead to them."""
+    """The headings of a page, as the anchors by which links name them."""
     lines = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in lines}
 

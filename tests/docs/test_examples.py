@@ -1,4 +1,4 @@
-"""The examples in the docstrings of public names: each has one, and each gives what it says."""
+"""Examples in docstrings: every public name has one, and it gives the result that it shows."""
 
 from __future__ import annotations
 

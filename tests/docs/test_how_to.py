@@ -34,7 +34,7 @@ SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 @pytest.fixture
 def run_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Page:
-    """Do what a page says, in an empty folder; returns the names that its scripts leave."""
+    """Do what a page says, in an empty folder; return the names that its scripts define."""
     monkeypatch.chdir(tmp_path)
     Path("configs").symlink_to(DOCS.parent / "configs")
     return lambda name: names_left_by(name, monkeypatch)
@@ -72,7 +72,7 @@ def numbers_in(text: str) -> list[float]:
 @pytest.mark.slow
 def test_critical_velocity(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     critical = run_page("critical-velocity")["critical"]
-    assert "a melting every 0.31283" in capsys.readouterr().err
+    assert "one melting event every 0.31283" in capsys.readouterr().err
     assert (critical[:5] > 5.9e-6).all()
     assert (critical[:5] < 7.4e-6).all()
     assert critical[4] > 2 * critical[5]

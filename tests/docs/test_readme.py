@@ -1,4 +1,4 @@
-"""The Python of README.md, and that in short of docs/api.md, are scripts that do what they say."""
+"""The Python in README.md and under "In short" in docs/api.md runs, and does what the page says."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def test_a_file_that_appears_during_the_sweep_is_left_alone(shell: Shell) -> Non
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
     shell.disturb = None
     assert code == 5
-    assert f"a.nc {messages.CHANGED_BY_OTHERS} the sweep ran" in err
+    assert f"a.nc {messages.CHANGED_BY_OTHERS} the sweep, and" in err
     assert Path("a.nc").read_text() == "mine"
     Path("a.nc").rename("theirs")
     shell.ok("sweep", "a.yaml", "-o", "a.nc")
@@ -74,7 +74,7 @@ def test_a_file_edited_by_hand_is_reported(shell: Shell, verb: str) -> None:
         file["elastic_stress_amplitude"][0] = 1.0
     code, _, err = shell(verb, "a.nc", *(["--overwrite"] if verb == "export" else []))
     assert code == 0
-    assert f"a.nc {messages.NOT_OURS}: a part of a result, edited, or damaged" in err
+    assert f"a.nc {messages.NOT_OURS}: cut down, edited or damaged" in err
 
 
 # --- what is printed ---

@@ -176,7 +176,7 @@ def test_a_stop_waits_for_what_has_a_limit_and_gives_up_the_rest(clock: Clock) -
     waits = "finishing 10 points in flight, the oldest for 0:06, for 20 s at most"
     assert stop_text(flying) == waits
     flying.begin(task(20, 1))
-    gives_up = "giving up 1 point that may take minutes, for the next run"
+    gives_up = "leaving 1 point, which may take minutes, for the next run"
     assert stop_text(flying) == f"{waits}; {gives_up}"
     flying.end(block_of(replace(task(0, 10), patience=64)))
     assert stop_text(flying) == gives_up

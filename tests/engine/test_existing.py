@@ -67,15 +67,15 @@ def cut(length: int) -> None:
     A.write_bytes(A.read_bytes()[:length])
 
 
-DAMAGED = f"a.nc {messages.NOT_OURS}: a part of a result, edited, or damaged"
+DAMAGED = f"a.nc {messages.NOT_OURS}: cut down, edited or damaged"
 UNREADABLE = f"a.nc exists, but {messages.NOT_NETCDF}"
 UNFIT: dict[str, tuple[Callable[[], object], int, str]] = {
     **{
         f"of numerics version {other}": (
             lambda n=other: edited(lambda file: file.setncattr("numerics_version", str(n))),
             2,
-            f"a.nc was {messages.OTHER_VERSION}{other}, this is {NUMERICS_VERSION}, whose "
-            "numbers are not the same",
+            f"a.nc was {messages.OTHER_VERSION}{other}; this is {NUMERICS_VERSION}, which "
+            "gives different numbers",
         )
         for other in (NUMERICS_VERSION - 1, NUMERICS_VERSION + 1)
     },
@@ -104,12 +104,12 @@ UNFIT: dict[str, tuple[Callable[[], object], int, str]] = {
     "of somebody else": (
         lambda: xr.Dataset({"mine": 1.0}).to_netcdf(A),
         2,
-        "a.nc exists and is not a result of a sweep",
+        "a.nc exists but is not the result of a sweep",
     ),
     "of a fit": (
         lambda: edited(lambda file: file.createVariable("fitted_value", "f8")),
         2,
-        "a.nc is the file of a fit, not of a sweep",
+        "a.nc holds a fit, not a sweep",
     ),
     "a text": (lambda: A.write_text("mine"), 5, UNREADABLE),
     **{
@@ -242,7 +242,7 @@ def test_a_file_of_another_numerics_version_is_shown_and_drawn(shell: Shell) -> 
     before = everything()
     code, out, err = shell("info", "a.nc")
     assert (code, err) == (0, "")
-    assert f"{messages.OTHER_VERSION}{other}, this is {NUMERICS_VERSION}\n" in out
+    assert f"computed with numerics version {other}; this program has {NUMERICS_VERSION}\n" in out
     assert everything() == before
     shell.ok("plot", "a.nc", "-o", "a.png")
 
@@ -270,7 +270,7 @@ def test_points_that_the_config_no_longer_names_are_refused_until_overwrite(shel
         code, out, err = shell("sweep", config, "-o", "a.nc", *filter(None, [option]))
         assert (code, out) == (2, "")
         assert err == (
-            "a.nc has 3 finished points that the config no longer names, such as temperature = "
+            "a.nc has 3 finished points that the config no longer has, such as temperature = "
             "200. They would be lost: --overwrite starts afresh and drops them, -o writes "
             "elsewhere\n"
         )
@@ -427,7 +427,7 @@ def test_partial_keeps_the_journal_of_a_complete_sweep_if_asked(shell: Shell) ->
 def test_partial_of_nothing_is_refused(shell: Shell) -> None:
     code, _, err = shell("sweep", "a.yaml", "-o", "b.nc", "--partial")
     assert code == 2
-    assert err == "nothing of b.nc exists yet; leave out --partial to compute it\n"
+    assert err == "b.nc has no points yet; leave out --partial to compute them\n"
     assert entries() == ["a.nc", "a.nc.timing.json", "a.yaml"]
 
 
@@ -471,7 +471,7 @@ def test_a_journal_kept_by_overwrite_replaces_nothing_afterwards(shell: Shell) -
     Path("b.nc").write_bytes(larger)
     code, _, err = shell(*sweep)
     assert code == 2
-    assert err.startswith("b.nc has 1 finished point that the config no longer names")
+    assert err.startswith("b.nc has 1 finished point that the config no longer has")
     assert Path("b.nc").read_bytes() == larger
 
 

@@ -75,7 +75,7 @@ def test_the_documented_import_is_a_function(first: str) -> None:
 
 
 class Watched(joblib.Parallel):
-    """A joblib.Parallel that notes with how many workers and which backend it was made."""
+    """A joblib.Parallel that records its number of workers and its backend."""
 
     made: ClassVar[list[tuple[int, str]]] = []
 
@@ -90,7 +90,7 @@ class ChosenError(Exception):
 
 @pytest.fixture
 def watched(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Notes of each joblib.Parallel, and of the execution for which an executor was made."""
+    """Records of each joblib.Parallel, and of the execution for which an executor was requested."""
 
     def refused(execution: Execution) -> None:
         Watched.made.append(execution)

@@ -43,7 +43,7 @@ A_YAML = "sweep: {temperature: [200, 210, 230, 250, 270]}\n" + LOOSE + ONE_BY_ON
 
 @pytest.fixture
 def shell(shell: Shell) -> Shell:
-    """A folder with a good result, `old.nc`, and `a.yaml`, which makes more of it."""
+    """A folder with a good result, `old.nc`, and `a.yaml`, which extends it."""
     shell.ok("sweep", write("old.yaml", SMALL, LOOSE), "-o", "old.nc")
     return shell
 
@@ -223,7 +223,7 @@ CALLS = [
 
 
 class Failing:
-    """A function whose call of that number, from 1, fails; half of what it writes is written."""
+    """A function whose call `number`, from 1, fails; if it writes, half of the data is written."""
 
     def __init__(self, call: tuple[Any, str], number: int, error: int) -> None:
         self._function, self._number, self._error = getattr(*call), number, error

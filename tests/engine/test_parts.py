@@ -187,7 +187,7 @@ def test_a_file_with_an_invalid_part_is_merged_without_it(
 def test_the_file_of_a_fit_is_no_part(parts: list[Path], tmp_path: Path) -> None:
     with netCDF4.Dataset(parts[0], "a") as file:
         file.createVariable("fitted_value", "f8")
-    with pytest.raises(RefusalError, match=r"nc is the file of a fit, not of a sweep$"):
+    with pytest.raises(RefusalError, match=r"nc holds a fit, not a sweep$"):
         merge(parts, tmp_path / "m.nc")
 
 
@@ -206,7 +206,7 @@ def test_overlaps_must_be_equal(
 
     monkeypatch.setattr(worker, "compute_orbits", shifted)
     computed(from_mapping(MAP), both, Part(1, 2), policy=ExistingPolicy(overwrite=True))
-    with pytest.raises(RefusalError, match="other numbers for points"):
+    with pytest.raises(RefusalError, match="different numbers for points"):
         merge([*parts, both], tmp_path / "m.nc")
     assert not (tmp_path / "m.nc").exists()
 
@@ -235,7 +235,7 @@ def test_damaged_parts_are_refused(parts: list[Path], tmp_path: Path) -> None:
 
 
 def test_outputs_that_would_be_lost_are_refused(parts: list[Path], tmp_path: Path) -> None:
-    with pytest.raises(RefusalError, match="an input itself"):
+    with pytest.raises(RefusalError, match="is also an input"):
         merge(parts, parts[1])
     computed(from_mapping(MAP | {"title": "Mine"}), tmp_path / "m.nc")
     with pytest.raises(RefusalError, match=messages.EXISTS):
@@ -246,7 +246,7 @@ def test_outputs_that_would_be_lost_are_refused(parts: list[Path], tmp_path: Pat
 
 @pytest.mark.parametrize("text", ["", "3", "0/2", "3/2", "1/0", "-1/2", "a/b", "1/2/3"])
 def test_other_texts_are_no_parts(text: str) -> None:
-    with pytest.raises(ValueError, match="is no part; write for example 1/16"):
+    with pytest.raises(ValueError, match="is not a part; write, for example, 1/16"):
         Part.parse(text)
 
 
@@ -262,7 +262,9 @@ def test_a_part_does_not_end_what_was_begun_from_scratch(
     before = path.read_bytes()
     with monkeypatch.context() as patch:
         crash(patch, 2, config, path, policy=ExistingPolicy(overwrite=True))
-    with pytest.raises(RefusalError, match="started from scratch, all of its parts: finish"):
+    with pytest.raises(
+        RefusalError, match=r"started from scratch \(all parts\) would replace it; finish"
+    ):
         computed(config, path, Part(1, 2))
     assert path.read_bytes() == before
     assert 0 < computed(config, path).computed < 18

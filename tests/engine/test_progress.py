@@ -1,6 +1,6 @@
 """Progress: a bar on a terminal, plain lines in a log, nothing if it is not wanted.
 
-While kernels are compiled for long, a message says so; afterwards it disappears.
+If compiling kernels takes long, a message says so until it is done.
 """
 
 from __future__ import annotations
@@ -230,7 +230,7 @@ def test_text_that_cannot_be_written_is_lost(
 
 # --- kernels that are compiled ---
 
-WORD = "compiling for this processor: up to a minute, and kept for later runs"
+WORD = "compiling for this processor: up to a minute; the code is kept"
 
 
 @pytest.fixture
@@ -293,7 +293,7 @@ def test_the_message_disappears_on_an_error(soon: None, monkeypatch: pytest.Monk
 
 
 class Cell:
-    """A handle of IPython, with the pictures shown under the cell of a notebook."""
+    """An IPython display handle that keeps the pictures shown under a notebook cell."""
 
     def __init__(self) -> None:
         self.shown: list[str] = []

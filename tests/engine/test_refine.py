@@ -213,7 +213,7 @@ def test_a_refined_file_is_the_whole_cube(shell: Shell) -> None:
     assert code == 0
     computed = len(set(shell.computed))  # doubtful points are computed again at once
     assert "289 points, " in out
-    assert "interpolated: The point lies between computed ones" in err
+    assert "interpolated: The point lies between computed points" in err
     ds, full = open_result(Path("a.nc")), run(write("b.yaml", AXES, LOOSE))
     filled = ds.status == Status.INTERPOLATED
     assert 40 < int(filled.sum()) < 250

@@ -1,4 +1,4 @@
-"""`check`, `plan` and `status` refuse with the same words what `sweep` refuses before it computes.
+"""`check`, `plan` and `status` refuse in the same words what `sweep` refuses before it computes.
 
 Each row of the table is a change to a folder with a result, and a refusal; no file is changed.
 """
@@ -61,7 +61,7 @@ def of_another_user(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 PULL = "simulation: {drive: {velocity: 2e-6}, duration: 3}\n"
-LOST = "a.nc has 1 finished point that the config no longer names"
+LOST = "a.nc has 1 finished point that the config no longer has"
 
 REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     # the config
@@ -83,7 +83,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
         2,
         "a.yaml is the config itself",
     ),
-    "a folder": (lambda _: replaced(A.mkdir), 5, "a.nc is a folder; -o names a file"),
+    "a folder": (lambda _: replaced(A.mkdir), 5, "a.nc is a folder; -o must name a file"),
     "a pipe": (lambda _: replaced(lambda: os.mkfifo(A)), 5, "a.nc is not an ordinary file"),
     "below a file": (
         lambda _: (write("other"), write("a.yaml", TWO, "output: other/a.nc\n")),
@@ -102,7 +102,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     "a journal of lost points": (
         lambda _: replaced(lambda: journal_of(TWO.replace("200", "210") + OUTPUT)),
         2,
-        "the journal in a.nc.run has 1 finished point that the config no longer names",
+        "the journal in a.nc.run has 1 finished point that the config no longer has",
     ),
     "a journal of other settings": (
         lambda _: replaced(lambda: journal_of(TWO)),
@@ -120,7 +120,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
         lambda patch: (config("sweep: {T: {linspace: [1, 2], num: 10000}}\n"), A.unlink(),
                        patch.setattr(resume, "free_memory", lambda: 1e5)),
         5,
-        "a sweep of 10000 points takes 156.2 KiB of memory, and this machine has 97.7 KiB",
+        "a sweep of 10000 points needs 156.2 KiB of memory, but this machine has 97.7 KiB",
     ),
     "no room for more": (
         lambda patch: (config("sweep: {T: {linspace: [200, 250], num: 1001}}\n"),
@@ -204,7 +204,7 @@ def test_a_part_that_would_end_a_sweep_from_scratch(shell: Shell) -> None:
     planned, swept = (shell(verb, *part) for verb in ("plan", "sweep"))
     assert (planned.code, swept.code) == (2, 2)
     assert planned.err == swept.err
-    assert "would lose points to an unfinished sweep" in swept.err
+    assert "would lose points: an unfinished sweep" in swept.err
 
 
 def test_all_verbs_count_existing_points_alike(shell: Shell) -> None:

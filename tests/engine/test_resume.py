@@ -181,7 +181,10 @@ def test_a_grown_journal_remembers_which_processors_computed_it(
     large = write("b.yaml", FOUR.replace("275", "275, 300"), LOOSE)
     code, _, err = shell("sweep", large, "-o", "a.nc")
     assert code == 0
-    assert "warning: a new processor processor joins points computed on old processor" in err
+    assert (
+        "warning: some points were computed on old processor, others are computed on new processor:"
+        in err
+    )
     assert open_result(Path("a.nc")).attrs["processor"] == "new processor, old processor"
 
 
@@ -193,7 +196,7 @@ def test_values_almost_equal_to_those_in_the_file_are_reported(shell: Shell) -> 
     assert code == 0
     *_, warning, rest = err.splitlines()
     assert warning == (
-        "warning: values that differ by less than 1e-9 from those of a.nc are other points: "
+        "warning: values within a relative 1e-9 of those of a.nc count as different points: "
         f"spring_stiffness 3000.0 and {near!r}"
     )
     assert rest == "4 points: 2 in a.nc; 2 to compute"

@@ -57,14 +57,14 @@ def test_a_notebook_gets_no_message_as_an_error(
 def test_existing_results_that_do_not_fit_are_refused_until_overwrite(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     run(CONFIG, output=path)
-    with pytest.raises(RefusalError, match="no longer names"):
+    with pytest.raises(RefusalError, match="no longer has"):
         run(SMALLER, output=path)
     assert run(SMALLER, output=path, overwrite=True).sizes["temperature"] == 2
 
 
 @pytest.fixture
 def interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """After the first block, a signal."""
+    """Raise a signal after the first block."""
     take_in = Recorder.take_in
 
     def then_signal(self: Recorder, block: Block) -> None:
@@ -81,7 +81,7 @@ def test_ctrl_c_is_an_exception_and_the_same_call_resumes(
 ) -> None:
     path = tmp_path / "a.nc"
     # Under nohup the signal is ignored, and stays so.
-    with default_signals(), pytest.raises(KeyboardInterrupt, match="the same call goes on"):
+    with default_signals(), pytest.raises(KeyboardInterrupt, match="the same call continues"):
         run(ONE_BY_ONE, output=path)
     monkeypatch.undo()
     assert content_hash(run(ONE_BY_ONE, output=path)) == content_hash(run(CONFIG))
@@ -106,8 +106,8 @@ def test_a_config_may_be_computed_elsewhere_than_it_says() -> None:
         ({"scheduler": ""}, ConfigError, "must be an address such as tcp://"),
         ({"scheduler": "tcp://h:1", "backend": "loky"}, ConfigError, "belongs to `backend: dask`"),
         ({"overwrit": True}, TypeError, "unexpected keyword argument 'overwrit'"),
-        ({"overwrite": True}, TypeError, "with output= only"),
-        ({"output": "a.nc", "on_block": print}, TypeError, "in memory only"),
+        ({"overwrite": True}, TypeError, "without output= no results exist"),
+        ({"output": "a.nc", "on_block": print}, TypeError, "works only without output="),
     ],
 )
 def test_arguments_that_make_no_sense_are_refused(

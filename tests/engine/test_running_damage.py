@@ -32,7 +32,7 @@ RUN, JOURNAL = Path("a.nc.run"), Path("a.nc.run/journal")
 
 
 def disturbed(shell: Shell, block: int, harm: Callable[[], None]) -> tuple[int, str, int]:
-    """Run the sweep with `harm` before block number `block`, from 1: code, messages, points."""
+    """Call `harm` before block `block`, from 1, of a sweep; return code, messages, point count."""
     begun = 0
 
     def disturb(_: np.ndarray) -> None:
@@ -116,7 +116,7 @@ def test_a_journal_damaged_again_and_again_is_reported_and_kept(
         broken.setattr(JournaledResult, "write", after_harm)
         code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
     assert code == 5
-    assert "a.nc.run/journal is damaged again and again" in err
+    assert "a.nc.run/journal keeps being damaged" in err
     assert "a.nc.run" in entries()
     assert "a.nc" not in entries()
     shell.ok("sweep", "a.yaml", "-o", "a.nc")
@@ -132,6 +132,6 @@ def test_a_result_without_all_points_replaces_nothing(
     monkeypatch.setattr(Journal, "chunk", lambda *_: nothing)
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite")
     assert code == 5
-    assert "does not hold the points that it is made of" in err
+    assert "does not hold the points that were written to it" in err
     assert Path("a.nc").read_bytes() == before
     assert "a.nc.run" in entries()

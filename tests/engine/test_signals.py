@@ -54,7 +54,7 @@ def test_durations_are_read_as_people_write_them(text: str, seconds: float) -> N
     ],
 )
 def test_other_texts_are_refused_with_examples_of_durations(text: str) -> None:
-    with pytest.raises(ValueError, match="is no duration; write for example 2h, 90min"):
+    with pytest.raises(ValueError, match="is not a duration; write, for example, 2h, 90min"):
         parse_duration(text)
 
 
@@ -129,8 +129,8 @@ def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(
     again = "Ctrl-C" if number == signal.SIGINT else "signal"
     assert capsys.readouterr().err.startswith(
         f"\n{reason}: finishing 256 points in flight, the oldest for 0:12.\n"
-        f"Another {again} ends at once and gives up what is in flight.\n"
-        "\nEnded at once; what was journaled is kept.\n"
+        f"Another {again} ends the run at once and drops the points in flight.\n"
+        "\nEnded at once; points in the journal are kept.\n"
     )
     assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before
 

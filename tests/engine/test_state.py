@@ -60,13 +60,13 @@ def test_status_of_nothing(shell: Shell) -> None:
         assert state_of(shell, target) == {"output": "a.nc", "state": "absent"}
         code, out, err = shell("status", target)
         assert (code, out) == (5, "")
-        assert err == "a.nc does not exist, and no sweep to this file was ever started\n"
+        assert err == "a.nc does not exist, and no sweep was ever started for it\n"
     assert entries() == ["a.yaml"]
 
 
 def test_status_of_another_file_names_no_option_that_it_lacks(shell: Shell) -> None:
     shell.ok("simulate", "a.yaml", "--set", "T=200", "-o", "t.nc")
-    said = "t.nc exists and is not a result of a sweep\n"
+    said = "t.nc exists but is not the result of a sweep\n"
     assert shell("status", "t.nc") == (2, "", said)
 
 
@@ -94,8 +94,8 @@ def test_status_of_an_interrupted_a_partial_and_a_complete_sweep(shell: Shell) -
     for verb in ("plot", "export", "replay", "info"):
         code, out, err = shell(verb, "a.nc")
         assert (code, out) == (5, "")
-        assert err.startswith("a.nc does not exist yet: its sweep is not finished. The command")
-        assert "--partial writes the points finished so far" in err
+        assert err.startswith("a.nc does not exist yet: its sweep is not finished; run the command")
+        assert "--partial to write the points finished so far" in err
     shell("sweep", "a.yaml", "--partial")
     shell.ok("export", "a.nc")
     assert state_of(shell, "a.nc") == expected
@@ -200,7 +200,7 @@ def test_plan_prints_points_blocks_bytes_and_time_and_writes_nothing(shell: Shel
     assert int(blocks.removeprefix("blocks: ")) >= 1
     pattern = r"bytes: up to [\d.]+ KiB for the result, 96.9 KiB for the journal while it runs"
     assert re.fullmatch(pattern, size)
-    pattern = r"time: .* s on 3 workers \(threads\), from a sample of (\d+); rare points that .*"
+    pattern = r"time: .* s on 3 workers \(threads\), from a sample of (\d+); rare slow points .*"
     found = re.fullmatch(pattern, duration)
     assert found is not None
     assert 0 < int(found[1]) <= 400
@@ -285,7 +285,7 @@ def test_a_signal_finishes_blocks_in_flight_and_prints_how_to_resume(
     name = "Ctrl-C" if number == signal.SIGINT else number.name
     assert re.search(rf"\n{name}: finishing [12] points? in flight.*\.\n", said)
     again = "Ctrl-C" if number == signal.SIGINT else "signal"
-    assert f"Another {again} ends at once and gives up what is in flight.\n" in said
+    assert f"Another {again} ends the run at once and drops the points in flight.\n" in said
     kept = re.search(rf"Stopped: {name}\. (\d+) of 2000 points are kept in a\.nc\.run\.", said)
     assert kept
     assert said.endswith("To resume:\n  stickslip sweep long.yaml\n")
@@ -301,12 +301,12 @@ def test_a_signal_finishes_blocks_in_flight_and_prints_how_to_resume(
 def test_a_second_signal_ends_at_once(shell: Shell, number: signal.Signals, code: int) -> None:
     process = begun(IN_ONE)
     os.kill(process.pid, number)
-    wait_until(lambda: "gives up what" in Path("messages").read_text(), process.is_alive)
+    wait_until(lambda: "drops the points" in Path("messages").read_text(), process.is_alive)
     os.kill(process.pid, number)
     process.join(HANGS)
     said = Path("messages").read_text()
     assert process.exitcode == code, said
-    assert said.endswith("\nEnded at once; what was journaled is kept.\n")
+    assert said.endswith("\nEnded at once; points in the journal are kept.\n")
     shell.ok("sweep", "a.yaml", "--overwrite")
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 

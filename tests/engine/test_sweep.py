@@ -38,8 +38,8 @@ def test_another_kind_of_processor_is_reported_and_noted(
     first, *warnings = swept(path)
     assert first == "40 points; 40 to compute"
     assert warnings == [
-        "warning: a raptor processor joins points computed on zen9: the last digits may differ "
-        "between them"
+        "warning: some points were computed on zen9, others are computed on raptor: the last "
+        "digits may differ between them"
     ]
     assert open_result(path).attrs["processor"] == "raptor, zen9"
 

@@ -157,5 +157,5 @@ def test_several_trajectories_need_exactly_one_axis(parts: dict[str, Any]) -> No
 
 def test_pulls_along_an_axis_are_refused() -> None:
     pull = {"drive": {"velocity": 2e-6}, "duration": 1}
-    with pytest.raises(PulledError, match="use `stickslip simulate`"):
+    with pytest.raises(PulledError, match="simulate one at a time, with --set"):
         trajectories(from_mapping({"sweep": {"T": [200, 250]}, "simulation": pull}))

@@ -146,7 +146,7 @@ def test_a_pull_of_many_slips_is_a_band_and_its_last_slips():
     figure = draw(ds.assign(melting_time=("melting", slips)), "pull")
     whole, end = np.array(panels(figure)).reshape(3, 2).T
     assert [axes[0].get_title() for axes in (whole, end)] == [
-        "101 slips, lowest to highest",
+        "101 slips, lowest to highest value",
         "the last 8",
     ]
     for axes in whole:
@@ -169,7 +169,7 @@ def test_a_part_of_a_pull_shows_its_own_slips():
     ds = ds.assign(melting_time=("melting", slips))
     figure = draw(ds.isel(elapsed_time=slice(200)), "pull")
     whole, end = np.array(panels(figure)).reshape(3, 2).T
-    assert whole[0].get_title() == "50 slips, lowest to highest"
+    assert whole[0].get_title() == "50 slips, lowest to highest value"
     assert curves(end[0])[0].get_xdata().size > 0
     assert len(panels(draw(ds.isel(elapsed_time=slice(100)), "pull"))) == 3
 
@@ -360,7 +360,7 @@ def test_a_fit_has_curves_data_with_error_bars_and_residuals_below():
     (square,) = (line for line in below.lines if line.get_marker() == "s")
     assert square.get_xdata().tolist() == [200.0]
     assert below.get_ylabel() == "residual"
-    said = "Residuals are in standard errors. Squares are next to a jump."
+    said = "Residuals are in standard errors. Squares mark data next to a jump."
     assert said in figure.get_supxlabel().replace("\n", " ")
 
 
@@ -404,8 +404,8 @@ def test_measured_values_have_the_same_marker_in_a_fit_and_over_a_curve():
         (fitted().squeeze(), None, "'fit' needs the dimension free_parameter"),
         (fitted().isel(datum=0), None, "'fit' needs the dimension datum"),
         (drawn().isel(free_parameter=0), "posterior", "needs the dimension free_parameter"),
-        (trajectory().isel(elapsed_time=0), None, "a single instant is no motion"),
-        (portraits(), "orbit", "draws one trajectory, and these are several"),
+        (trajectory().isel(elapsed_time=0), None, "a single instant is not a motion"),
+        (portraits(), "orbit", "draws one trajectory, but there are several"),
     ],
 )
 def test_a_part_without_what_a_figure_needs_is_refused(part, figure, said):

@@ -184,7 +184,7 @@ def test_an_import_leaves_out_heavy_modules(module, heavy):
 
 
 def indices() -> xr.Dataset:
-    """Return indices of two results, each of which is one of the two parameters of a box."""
+    """Return Sobol indices of two results, each equal to one of the two parameters of a box."""
     box = {"temperature": Range(200.0, 280.0), "spring_stiffness": Range(1e3, 5e3)}
     design = Design.of(box, 16, 0)
     amplitudes = ["elastic_stress_amplitude", "friction_force_amplitude"]

@@ -11,7 +11,7 @@ from sweeps.figures import draw
 
 
 def with_loop(size: float) -> object:
-    """Return portraits of a circle with three loops at its right, of this part of its extent."""
+    """Return portraits of a circle with three loops at its right, `size` times as large."""
     ds = portraits().isel(angular_frequency=[0])
     turn = np.linspace(0.0, 2 * np.pi, 300)
     small = 0.5e-6 * (1.0 - size) + 0.5e-6 * size * np.cos(9 * turn[:100])

@@ -13,7 +13,7 @@ BETWEEN = (TEMPERATURES[STEP - 1] + TEMPERATURES[STEP]) / 2
 
 
 def curve(stress, other=None):
-    """Return the upper panel of a sweep with a stress (35,); `other` marks points of regime 3."""
+    """Return the upper panel of a sweep with stresses (35,); `other` marks points of regime 3."""
     regime = np.zeros(35, dtype="i1")
     regime[STEP:] = 2
     if other is not None:

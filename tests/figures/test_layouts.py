@@ -139,7 +139,7 @@ def test_five_axes_give_a_few_panels_and_say_where_the_rest_is_cut():
     np.testing.assert_allclose(curves(panels(figure)[2])[1].get_ydata(), expected)
     # Points missing elsewhere do not concern this picture.
     assert note(figure) == (
-        r"In the middle of further axes: $k = 60341.8$ Pa$\cdot$s$^{\gamma+1}$, $K = 3017.09$ N/m."
+        r"Other axes at their middle: $k = 60341.8$ Pa$\cdot$s$^{\gamma+1}$, $K = 3017.09$ N/m."
     )
     figure.draw_without_rendering()
     boxes = [axes.title.get_window_extent() for axes in panels(figure)[:4]]

@@ -1,4 +1,4 @@
-"""How a picture looks: size, limits, letters, title, small print, axes and points of the user."""
+"""How a picture looks: size, limits, letters, title, small print, the user's axes and points."""
 
 from __future__ import annotations
 
@@ -115,15 +115,15 @@ def test_colours_begin_where_the_data_do(ds):
 @pytest.mark.parametrize(
     ("look", "said"),
     [
-        ({"size": (0.0, 3.0)}, "a size is width and height in inches"),
-        ({"xlim": (math.nan, None)}, "xlim goes from one finite number to another"),
-        ({"ylim": (0.0, math.inf)}, "ylim goes from one finite number to another"),
+        ({"size": (0.0, 3.0)}, "a size is a width and a height of 0 to 100 inches"),
+        ({"xlim": (math.nan, None)}, "each end of xlim must be a finite number"),
+        ({"ylim": (0.0, math.inf)}, "each end of ylim must be a finite number"),
         ({"ylim": (2.0, 1.0)}, "ylim must rise, not go from 2.0 to 1.0"),
         ({"size": (3.0,)}, "size must be two numbers"),
         ({"xlim": (1, 2, 3)}, "xlim must be two numbers"),
         ({"clim": 3.0}, "clim must be two numbers"),
         *(
-            ({"letters": wrong}, "letters begin with one of a to z")
+            ({"letters": wrong}, "letters must start at one of a to z")
             for wrong in ("", "B", "bc", "1")
         ),
     ],
@@ -258,7 +258,7 @@ def test_axes_of_the_user_are_drawn_into(ds):
     assert below.get_xlabel() == "$T$ (K)"
     assert figure.get_supxlabel() == ""
     assert tuple(figure.get_size_inches()) == (3.37, 4.2)
-    with pytest.raises(ValueError, match="ax takes a picture of one panel, and this one has 2"):
+    with pytest.raises(ValueError, match="ax takes a picture with one panel, but this one has 2"):
         drawn(ds, look=Look(axes=above))
 
 
@@ -288,9 +288,9 @@ def test_measured_points_lie_over_the_curve_of_their_parameters(ds):
         (200.0, 1.0): curves(axes)[0].get_color(),
         (250.0, 2.0): curves(axes)[2].get_color(),
     }
-    assert "Not drawn: 1 measured value of other parameters." in note(figure)
+    assert "Not drawn: 1 measured value at other parameters." in note(figure)
     (axes,) = Figure().subplots(1, 1, squeeze=False).flat
-    said = "Not drawn: 1 measured value of other parameters."
+    said = "Not drawn: 1 measured value at other parameters."
     with pytest.warns(UserWarning, match=said) as warned:  # there is no small print
         ds.stickslip.plot(FORCE, x="T", hue="K", data=table, ax=axes)
     assert warned[0].filename == __file__
@@ -320,7 +320,7 @@ def test_a_measured_value_that_one_of_several_panels_shows_is_drawn(ds):
     assert "Not drawn" not in note(figure)
     table["K"][0] = 1500.0
     figure = drawn(ds, x="T", col="K", data=read_data(table))
-    assert "Not drawn: 1 measured value of other parameters." in note(figure)
+    assert "Not drawn: 1 measured value at other parameters." in note(figure)
 
 
 @pytest.mark.parametrize("log", ["", "z"])
@@ -363,7 +363,7 @@ def test_a_posterior_has_the_size_asked_for_and_letters_on_its_panels_alone():
     figure = draw(posterior(), "posterior", PlotOptions(look=Look(size=(3.0, 3.0), letters=True)))
     assert tuple(figure.get_size_inches()) == (3.0, 3.0)
     assert [axes.texts[-1].get_text() for axes in figure.axes] == ["(a)", "(b)", "(c)"]
-    with pytest.raises(ValueError, match="this picture is a whole figure; leave ax out"):
+    with pytest.raises(ValueError, match="this picture needs a whole figure; leave ax out"):
         draw(posterior(), "posterior", PlotOptions(look=Look(axes=Figure().subplots())))
 
 
@@ -397,5 +397,7 @@ def test_a_small_posterior_has_few_numbers_and_its_labels_beside_them():
 def test_letters_may_begin_anywhere(ds):
     (axes, other) = panels(drawn(ds, look=Look(letters="b")))
     assert [text.get_text() for text in (axes.texts[-1], other.texts[-1])] == ["(b)", "(c)"]
-    with pytest.raises(ValueError, match="letters end at z, too early for 2 panels from z on"):
+    with pytest.raises(
+        ValueError, match="letters run out at z: too few for 2 panels starting at z"
+    ):
         drawn(ds, look=Look(letters="z"))

@@ -98,7 +98,7 @@ def test_a_hue_of_regimes_is_a_strip_for_each_fluid_and_never_a_map():
     ds = with_regimes(
         sweep(temperature=[200.0, 250.0], spring_stiffness=STIFFNESS), np.zeros((2, 4))
     )
-    with pytest.raises(ValueError, match="a map has spring_stiffness as y"):
+    with pytest.raises(ValueError, match="use spring_stiffness as y, not as hue"):
         draw(ds, None, PlotOptions(variable="regime", x="T", hue="K"))
     ds = with_regimes(
         sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS)), np.zeros((35, 3))
@@ -256,7 +256,11 @@ def test_only_panels_with_the_parameters_of_the_borders_have_them(ds):
 @pytest.mark.parametrize(
     ("options", "borders", "message"),
     [
-        ({"variable": "regime"}, borders_of(spring_stiffness=1000.0), "the borders at .*K = 1000"),
+        (
+            {"variable": "regime"},
+            borders_of(spring_stiffness=1000.0),
+            "these borders are at .*K = 1000",
+        ),
         ({"variable": "regime"}, xr.Dataset(), "not a file of borders"),
         (
             {"variable": "regime"},
@@ -268,7 +272,7 @@ def test_only_panels_with_the_parameters_of_the_borders_have_them(ds):
             borders_of(),
             "borders were computed over temperature and",
         ),
-        ({"hue": "omega", "at": ("omega=10,20,30",)}, borders_of(), "on maps; name the axis -y"),
+        ({"hue": "omega", "at": ("omega=10,20,30",)}, borders_of(), "on maps; add an axis with -y"),
         (
             {"variable": "regime"},
             borders_of().drop_vars("temperature_bracket"),

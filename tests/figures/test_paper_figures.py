@@ -180,7 +180,7 @@ def test_a_free_energy_at_other_axes_than_temperatures_is_refused(
 def test_two_configs_with_the_files_of_one_are_refused(command: Command) -> None:
     code, out, err = command("a/x.yaml", "b/x.yaml")
     assert (code, out) == (2, "")
-    assert err == "a/x.yaml and b/x.yaml are both drawn as x: choose two folders\n"
+    assert err == "a/x.yaml and b/x.yaml would both be drawn as x; use a folder for each\n"
     assert command("3", "fig3.yaml")[0] == 2
 
 

@@ -92,7 +92,7 @@ def test_several_values_nearest_to_one_point_cut_the_axis_there(ds):
 def test_the_time_of_a_trajectory_is_not_cut(motion):
     ds = motion()
     along = ds["elapsed_time"].dims[-1]
-    with pytest.raises(ValueError, match="a trajectory is drawn over its time, which is not cut"):
+    with pytest.raises(ValueError, match="a trajectory is drawn over all its time; to show a part"):
         chosen(ds, variable="friction_force", at=(f"{along}=0",))
 
 
@@ -161,17 +161,17 @@ MEASURED = read_data({"T": [200.0], "F_max": [3e-3]})
         (
             {"temperature": TEMPERATURES},
             {"variable": "sigma_el,max", "data": MEASURED},
-            "the data measure friction_force_amplitude, and this picture shows elastic_stress",
+            "the data are for friction_force_amplitude, but this picture shows elastic_stress",
         ),
         ({}, {"x": "T"}, "it is a single point and has no axes"),
         ({}, {"hue": "T"}, "it is a single point and has no axes"),
-        ({}, {"log": "z"}, "a single point is a table, to which log does not apply"),
-        ({}, {"data": MEASURED}, "a single point is a table, to which data does not apply"),
-        ({"temperature": TEMPERATURES}, {"look": Look(clim=(0.0, 1.0))}, "no colours of a scale"),
+        ({}, {"log": "z"}, "a single point is drawn as a table; leave out log"),
+        ({}, {"data": MEASURED}, "a single point is drawn as a table; leave out data"),
+        ({"temperature": TEMPERATURES}, {"look": Look(clim=(0.0, 1.0))}, "no colour scale"),
         (
             {"temperature": TEMPERATURES},
             {"variable": "melting_count", "look": Look(clim=(0.0, None))},
-            "no colours of a scale",
+            "no colour scale",
         ),
         ({}, {"look": Look(xlim=(0.0, 1.0))}, "xlim does not apply: this picture has no axes"),
     ],
@@ -203,7 +203,7 @@ def test_a_linked_parameter_can_be_the_axis():
         ({"variable": "sigma"}, r"unknown variable 'sigma' \(did you mean 'sigma_el,max'\?\)"),
         ({"variable": "regime"}, "this result lacks regime: it was left out"),
         ({"x": "temprature"}, r"unknown axis 'temprature' \(did you mean 'temperature'\?\)"),
-        ({"x": "M"}, r"block_mass is 0.4 in all of this file; its axes are temperature \(T\)"),
+        ({"x": "M"}, r"block_mass is 0.4 throughout this file; its axes are temperature \(T\)"),
         ({"x": "T", "hue": "temperature"}, "temperature is both x and hue"),
         ({"y": "T", "hue": "K"}, "choose one of them"),
         ({"at": ("T",)}, "'T' must be KEY=VALUE"),
@@ -226,7 +226,7 @@ def test_a_bad_choice_is_refused_with_the_remedy(ds, options, words):
 
 def test_a_slice_of_words_is_refused_with_the_words():
     both = sweep(temperature=TEMPERATURES).expand_dims(direction=["up", "down"])
-    with pytest.raises(ValueError, match="'direction=left': there are up and down"):
+    with pytest.raises(ValueError, match="'direction=left': the values are up and down"):
         chosen(both, at=("direction=left",))
 
 
@@ -254,7 +254,7 @@ def test_variables_of_a_trajectory_choose_panels_of_its_courses():
         (
             fitted(),
             {"data": read_data({"T": [200.0], "F_max": [3e-3]})},
-            "of a fit shows its own data; leave out other data .`stickslip plot FILE --figure fit`",
+            "of a fit shows the fitted data; leave out data .`stickslip plot FILE --figure fit`",
         ),
     ],
 )
@@ -264,7 +264,7 @@ def test_only_a_sweep_has_axes_to_choose(ds, options, words):
 
 
 def test_a_figure_by_name_takes_no_variable():
-    with pytest.raises(ValueError, match="figure names a whole picture"):
+    with pytest.raises(ValueError, match="figure draws a whole picture"):
         draw(trajectory(), "time_courses", PlotOptions("friction_force"))
 
 

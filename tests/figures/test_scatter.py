@@ -124,11 +124,11 @@ def test_a_first_case_without_a_result_is_left_out_without_a_warning(lost):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"x": "case"}, "lie over their parameters: temperature, spring_stiffness"),
+        ({"x": "case"}, r"lie over their parameters \(temperature, spring_stiffness"),
         ({"x": "T", "y": "case"}, "not over case"),
-        ({"log": "x", "x": "gamma"}, "needs numbers above 0, rheological_index has others"),
+        ({"log": "x", "x": "gamma"}, "needs numbers above 0; rheological_index has others"),
         ({"log": "z", "variable": "regime"}, "kinds and counts have no scale"),
-        ({"data": read_data({"T": [200.0], "F_max": [3e-3]})}, "cases in no order are neither"),
+        ({"data": read_data({"T": [200.0], "F_max": [3e-3]})}, "unordered cases give neither"),
     ],
 )
 def test_an_option_without_effect_on_points_is_refused(options, message):
@@ -148,7 +148,7 @@ def test_heights_without_a_logarithm_are_counted():
 
 
 def test_cases_in_no_order_have_no_curves():
-    with pytest.raises(ValueError, match="cases in no order are points over x and y"):
+    with pytest.raises(ValueError, match="unordered cases are points over x and y"):
         draw(random_cases(**VARIED), None, PlotOptions(hue="T"))
 
 

@@ -55,8 +55,11 @@ def test_settings_of_the_user_do_not_change_the_picture(tmp_path, monkeypatch):
     ("text", "words"),
     [
         (None, "large.mplstyle does not exist"),
-        ("font.sise: 9\n", r"line 1 names no setting of matplotlib \(did you mean 'font.size'\?\)"),
-        ("font.size: 9\nhello\n", "line 2 names no setting"),
+        (
+            "font.sise: 9\n",
+            r"line 1 does not name a matplotlib setting \(did you mean 'font.size'\?\)",
+        ),
+        ("font.size: 9\nhello\n", "line 2 does not name a matplotlib setting"),
         ("font.size: big and bold\n", "is not a matplotlib style file"),
     ],
 )

@@ -195,10 +195,12 @@ def test_without_pyarrow_the_message_has_a_remedy(
     ds: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    with pytest.raises(TableError, match=r"pip install 'pyarrow>=16'.*\.csv needs nothing"):
+    with pytest.raises(
+        TableError, match=r"pip install 'pyarrow>=16'.*\.csv table needs no extra package"
+    ):
         export(ds, tmp_path / "a.parquet")
     assert files_of(Path("a.csv")) == [Path("a.csv"), Path("a.columns.csv")]
-    with pytest.raises(TableError, match=r"a table ends in \.csv or \.parquet"):
+    with pytest.raises(TableError, match=r"a table must end in \.csv or \.parquet"):
         export(ds, tmp_path / "a.xlsx")
 
 

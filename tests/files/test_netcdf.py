@@ -88,21 +88,21 @@ MANY = len(Status)
         ("friction_force_amplitude", "units", "kN", "has units = 'kN', where 'N' is expected"),
         ("temperature", "units", "degC", "has units = 'degC', where 'K' is expected"),
         ("temperature", "units", "days since 2000-01-01", "where 'K' is expected"),
-        ("friction_force_amplitude", "missing_value", 1e-3, "has missing_value = 0.001, where th"),
-        ("temperature", "missing_value", 200.0, "has missing_value = 200.0, where there is none"),
-        ("status", "missing_value", np.int8(2), "has missing_value = 2, where there is none"),
-        ("melting_count", "scale_factor", 2.0, "has scale_factor = 2.0, where there is none"),
-        ("temperature", "add_offset", -273.15, "has add_offset = -273.15, where there is none"),
-        ("melting_count", "_Unsigned", "true", "has _Unsigned = 'true', where there is none"),
-        ("status", "dtype", "bool", "has dtype = 'bool', where there is none"),
-        ("friction_force_amplitude", "valid_max", 1e-4, "has valid_max = 0.0001, where there is"),
+        ("friction_force_amplitude", "missing_value", 1e-3, "has missing_value = 0.001, but sh"),
+        ("temperature", "missing_value", 200.0, "has missing_value = 200.0, but should have none"),
+        ("status", "missing_value", np.int8(2), "has missing_value = 2, but should have none"),
+        ("melting_count", "scale_factor", 2.0, "has scale_factor = 2.0, but should have none"),
+        ("temperature", "add_offset", -273.15, "has add_offset = -273.15, but should have none"),
+        ("melting_count", "_Unsigned", "true", "has _Unsigned = 'true', but should have none"),
+        ("status", "dtype", "bool", "has dtype = 'bool', but should have none"),
+        ("friction_force_amplitude", "valid_max", 1e-4, "has valid_max = 0.0001, but should"),
         (
             "status",
             "flag_meanings",
             "fine " * MANY,
             "'fine' for the value 0, where 'ok' is expected",
         ),
-        ("status", "flag_meanings", "ok", "flag_values and flag_meanings that do not belong"),
+        ("status", "flag_meanings", "ok", "flag_values and flag_meanings that do not match"),
         (
             "status",
             "flag_values",
@@ -129,7 +129,7 @@ def test_attributes_that_would_change_values_are_refused(
 def test_a_fill_value_that_hides_a_result_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     result().to_netcdf(path, encoding={"melting_count": {"_FillValue": 2}})
-    with pytest.raises(StorageError, match="melting_count has _FillValue = 2, where only NaN"):
+    with pytest.raises(StorageError, match="melting_count has _FillValue = 2, but only NaN"):
         open_result(path)
 
 
@@ -146,7 +146,7 @@ def test_attributes_that_other_programs_drop_or_add_are_allowed(tmp_path: Path) 
 
 
 def test_a_small_file_is_read_at_once(tmp_path: Path) -> None:
-    """If the disk failed while it is open, the library would crash the process."""
+    """The library would crash the process if the disk failed while the file was open."""
     path = tmp_path / "a.nc"
     write_dataset(dataset(), path)
     with open_result(path, whole=False) as lazily:

@@ -1,4 +1,4 @@
-"""Outputs that are no file, on a full disk, damaged, or in use: refused at once, and unharmed."""
+"""Outputs that are not files, on a full disk, damaged, or in use: refused at once, and unharmed."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ execution: {block_points: 1}
 
 
 NO_OUTPUTS = {
-    "folder": (5, "folder is a folder; -o names a file"),
+    "folder": (5, "folder is a folder; -o must name a file"),
     "pipe": (5, "pipe is not an ordinary file; -o must name one"),
     "full": (5, "full is not an ordinary file; -o must name one"),
     "loop": (5, "cannot write loop: (.*[Ll]oop|Too many levels)"),
@@ -212,7 +212,7 @@ def test_of_sweeps_begun_at_once_one_works_and_none_does_harm(shell: Shell, pair
 def test_a_run_that_ends_leaves_the_lock_of_the_next_alone(
     shell: Shell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The next run takes the output in the moment in which the lock is released."""
+    """The next run takes the output at the moment the lock is released."""
     output, next_run = Path("a.nc"), ExitStack()
     release = run_folder.FileLock.release
 
@@ -247,7 +247,7 @@ def test_damage_within_a_journal_costs_the_damaged_block_alone(shell: Shell) -> 
     journal.write_bytes(damaged)
     code, _, err = shell("sweep", config, "-o", "b.nc")
     assert code == 0
-    assert re.search(r"\d+ damaged bytes .*passed over", err)
+    assert re.search(r"\d+ damaged bytes .*were skipped", err)
     assert f"4 points: {len(first) - 1} in its journal" in err
     assert len(shell.computed) == 4 - len(first) + 1
     assert hash_of("b.nc") == hash_at_once(config)

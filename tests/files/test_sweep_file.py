@@ -1,4 +1,4 @@
-"""The result file from chunks: equal to the file of a Dataset, or not written at all."""
+"""The result file, written in chunks, equals the file of a Dataset or is not written at all."""
 
 from __future__ import annotations
 

@@ -444,7 +444,7 @@ def test_a_plateau_may_hold_the_truth_that_a_narrow_minimum_misses(made: None) -
     model = search_for("k", table, **TRUE).model
 
     def shares(fits: float) -> int:
-        """Return the number of trials as probable as a minimum 0.01 wide in a box of 6.8."""
+        """Return how many trials across a box 6.8 wide are as probable as a minimum 0.01 wide."""
         at, errors = np.array([math.log(7e4)]), np.array([0.01])
         none = np.zeros((10, 1))
         best = Fit(model, _trial(at, 5.0), none, none[:, 0] > 0)
@@ -496,8 +496,8 @@ def test_as_few_data_as_parameters_have_no_intervals(made: None, rows: int, rela
 @pytest.mark.parametrize(
     ("config", "message"),
     [
-        ({"sweep": {"T": [200, 250]}}, "the config has axes, temperature"),
-        ({"sample": {"sobol": 4, "T": [200, 250]}}, "temperature: .* and `sample` out"),
+        ({"sweep": {"T": [200, 250]}}, r"the config has axes \(temperature\)"),
+        ({"sample": {"sobol": 4, "T": [200, 250]}}, r"temperature\): .* and `sample` out"),
         ({"noise": {"treatment": "stochastic"}}, "a mean of random paths cannot be fitted"),
     ],
 )
@@ -543,7 +543,7 @@ def test_an_interval_over_many_decades_is_given_in_words() -> None:
 
 
 def test_only_a_fit_has_a_summary() -> None:
-    with pytest.raises(sweeps.FitError, match="this is no fit"):
+    with pytest.raises(sweeps.FitError, match="this is not a fit"):
         sweeps.run({}).stickslip.summary()
     squeezed = xr.Dataset({"parameter_value": 7e4}, {"datum": [0, 1], "free_parameter": "k"})
     with pytest.raises(sweeps.FitError, match="without the dimension free_parameter has no summ"):

@@ -57,8 +57,8 @@ def test_a_unit_of_0_is_refused() -> None:
     ("free", "columns", "message"),
     [
         ("gama", [], "did you mean 'gamma'?"),
-        ("T", ["temperature"], "temperature is free, and a column of the data"),
-        (["k", "viscosity_coefficient"], [], "is free twice"),
+        ("T", ["temperature"], "temperature is free and also a column of the data"),
+        (["k", "viscosity_coefficient"], [], "is listed twice"),
         ([], [], "no parameter is free"),
         ("d", [], None),
         ({"k": (1e5, 1e4)}, [], "must rise"),

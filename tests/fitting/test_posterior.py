@@ -87,7 +87,7 @@ def drawn_from(
 
 @pytest.fixture(scope="module")
 def shown() -> list[posterior.Posterior]:
-    """What walkers in a normal distribution show on their way; the last is what they end with."""
+    """The posteriors shown while walkers draw a normal distribution; the last is the result."""
     shown: list[posterior.Posterior] = []
     found = drawn_from(Hills(plane), show=shown.append)
     assert shown[-1] is found
@@ -102,7 +102,7 @@ def test_the_walkers_show_how_far_they_are(shown: list[posterior.Posterior]) -> 
 
 
 def plane(u: Floats) -> float:
-    """Chi2 of a normal distribution of deviations 1 and 2, correlated by 0.8."""
+    """Chi2 of a normal distribution with standard deviations 1 and 2 and a correlation of 0.8."""
     one, two = u[0], u[1] / 2.0
     return float((one**2 - 1.6 * one * two + two**2) / (1.0 - 0.8**2)) + 1e-3
 
@@ -183,7 +183,7 @@ def test_trials_without_a_value_are_counted_and_many_are_refused() -> None:
     rarely = drawn_from(Hills(plane, lacking=lambda u: bool(u[0] > 20.0)))
     assert rarely.settled
     assert rarely.lost == 0.0  # their other data rule them out
-    with pytest.raises(PosteriorError, match=r"% of the trials lack a value that could make them"):
+    with pytest.raises(PosteriorError, match=r"% of the trials might be probable but lack a value"):
         drawn_from(Hills(plane, lacking=lambda u: bool(u[0] > 1.0)))
 
 
@@ -194,7 +194,7 @@ def test_a_fit_without_all_values_has_no_posterior() -> None:
 
 def test_as_many_parameters_as_data_without_errors_have_no_posterior() -> None:
     """Such a fit need not be exact, for example at a bound."""
-    with pytest.raises(PosteriorError, match="no more than the free parameters"):
+    with pytest.raises(PosteriorError, match="no more data than free parameters"):
         drawn_from(Hills(plane, relative=True))
 
 
@@ -217,10 +217,10 @@ def test_r_hat_is_1_only_if_walkers_agree() -> None:
 @pytest.mark.parametrize(
     ("priors", "message"),
     [
-        ({"K": [1e3, 2e3]}, "a prior of K, which is not free; the free parameters are rheo"),
+        ({"K": [1e3, 2e3]}, "a prior for K, which is not free; free parameters: rheo"),
         ({"gamma": {"normal": [-0.5]}}, r"the prior of rheological_index: must be \[low, high\]"),
         ({"gamma": {"normal": [0.0, 1.0]}}, "has values that rheological_index cannot have"),
-        ({"gamma": [-0.5, 0.5], "rheological_index": [0, 1]}, "two priors of rheological_index"),
+        ({"gamma": [-0.5, 0.5], "rheological_index": [0, 1]}, "two priors for rheological_index"),
     ],
 )
 def test_wrong_priors_are_refused(priors: dict[str, Any], message: str) -> None:

@@ -1,7 +1,7 @@
-"""The numbers of NUMERICS_VERSION. A change of any of them, even in the last bit, is a new version.
+"""The numbers of NUMERICS_VERSION. Any change in them, even in the last bit, needs a new version.
 
-Every bit counts on the processor and with the versions of the table, elsewhere nine digits. Result
-variables younger than the table are not part of its hashes, as the machine of the table may not be
+With the table's processor and versions every bit counts; otherwise, nine digits do. Result
+variables newer than the table are not part of its hashes, as the machine of the table may not be
 at hand; nine of their digits are compared. At a loose tolerance every relevant change of a method
 shows, in steps, weights, judgement or order of operations. Both methods compute as in a sweep.
 """

@@ -12,7 +12,7 @@ from stickslip.options import DEFAULTS, Options
 
 
 def sampled(p: Parameters, options: Options, per_period: int = 1) -> tuple[np.ndarray, int]:
-    """Return the states (x, v, phi) of a period from the start, without refusal, and the Status."""
+    """Return the states (x, v, phi) of a period from the start, for any step, and the Status."""
     start, samples = np.empty(3), np.empty((per_period + 1, 3))
     start_kernel(DEFAULTS.physics)(np.array(p), start)
     return samples, write_trajectory(np.array(p), options, start, per_period, samples)

@@ -22,7 +22,7 @@ POINT = row(elastic_coefficient=0.0)
 
 @pytest.fixture
 def wandering(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the search fail once, after the third period."""
+    """Make the search fail once, after the third period."""
     kernels, calls = settling.kernels_of, []
 
     def kernels_that_lose(family: Family) -> Any:

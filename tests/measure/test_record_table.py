@@ -1,4 +1,4 @@
-"""The table of a record, which all code reads that handles its slots."""
+"""The table of a record, which is read by all code that handles its slots."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ Phases = tuple[float, float, float, float, float]
 def period(
     stress: tuple[float, float] = (1.0, -1.0), phases: Phases = (UNSEEN, UNSEEN, 0.0, 0.0, 2.0)
 ) -> np.ndarray:
-    """A record (1, RECORD) of a period; `phases`: first, last, meltings, time solid and unseen."""
+    """A record (1, RECORD) of a period; `phases`: first, last, meltings, times solid and unseen."""
     record = np.zeros((1, RECORD))
     record[0, [STRESS_MAX, STRESS_MIN]] = stress
     record[0, [FORCE_MAX, FORCE_MIN]] = 2.0 * np.array(stress)

@@ -225,7 +225,7 @@ HONEST = 3.0
 def cusp_errors(
     drive: Any, u_0: float, h: float, ladder: list[float], rounded: bool = True
 ) -> np.ndarray:
-    """The error at the end over the tolerance, for some tolerances.
+    """The error at the end divided by the tolerance, for several tolerances.
 
     The cusp is rounded at the tolerance; the exact solution has the sharp cusp.
     """

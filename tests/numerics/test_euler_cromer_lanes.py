@@ -82,7 +82,7 @@ def run(tasks: Tasks, budget: int = PLENTY) -> Tasks:
 
 
 def many(count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Different systems with different numbers of steps, around the length of a check."""
+    """Different systems with different numbers of steps, around the number between two checks."""
     rng = np.random.default_rng(seed)
     systems = np.column_stack(
         [

@@ -70,7 +70,7 @@ def test_the_method_is_L_stable() -> None:
 
 
 def dense_defects(tableau: RosenbrockTableau, theta: float) -> list[float]:
-    """Distances of the continuous extension at theta from the order conditions up to 3."""
+    """Distances of the continuous extension at theta from the conditions up to order 3."""
     a, Gamma = matrices(tableau)
     alpha = a @ Gamma
     beta = alpha + Gamma

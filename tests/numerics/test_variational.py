@@ -1,4 +1,4 @@
-"""The step of the variational equations: its order, what it forgets, and what it knows exactly."""
+"""The step of the variational equations: its order, what it damps, and what it carries exactly."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ def test_a_displacement_along_the_motion_moves_with_it_for_any_slope(h: float) -
 
 
 def test_the_jacobian_moves_the_rest_of_a_displacement() -> None:
-    """With a right-hand side that depends on time, any share gives the same to the step's order.
+    """Whatever share counts as along the motion, the result is the same to the step's order.
 
-    y' = -y^2 + t, from which dy/dy0 follows by differences.
+    The equation y' = -y^2 + t depends on time; its exact dy/dy0 comes from differences.
     """
     one = algebra(1)
     move, h, y0 = make_variational_step(one), 0.02, 0.8

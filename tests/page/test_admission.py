@@ -49,7 +49,7 @@ def test_tokens_are_long_and_differ():
 def test_without_the_token_everything_is_forbidden(server: PageServer, path: str, query: str):
     code, text, _ = answer(server, path + query.replace("SHORT", token_of(server)[:-1]))
     assert code == 403
-    assert "with its token" in text
+    assert "including the token" in text
 
 
 def test_the_token_counts_only_in_the_query(server: PageServer):
@@ -179,7 +179,7 @@ def test_a_request_that_no_browser_sends_is_refused_and_its_token_not_logged(
     with caplog.at_level("DEBUG"):
         received = sent(server, ODD[odd])
     assert status_of(received) == 400
-    assert received.endswith(b"\r\n\r\n400: this is not a request of a browser.\n")
+    assert received.endswith(b"\r\n\r\n400: this is not a request from a browser.\n")
     assert token_of(server) not in caplog.text
     assert capfd.readouterr() == ("", "")
 

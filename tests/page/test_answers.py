@@ -105,7 +105,7 @@ def test_a_film_without_noise_that_begins_solid_has_its_numbers():
 
 
 def test_the_texts_of_a_point_without_an_orbit_give_the_motion_that_is_drawn():
-    """From its start, since `start: stationary` is refused there."""
+    """They begin at its start, since `start: stationary` is refused for such a point."""
     found = answer({"T": "250", "stationary.max_periods": "1"})
     config = from_yaml(found["config"])
     assert (config.simulation.start, config.simulation.periods) == ("initial", 6)
@@ -257,7 +257,7 @@ def test_a_point_of_a_file_is_compared_with_it(result: xr.Dataset):
     stored = {**point.point.stored, "friction_force_amplitude": 0.5}
     changed = replace(point, point=replace(point.point, stored=stored))
     summary = words(summary_html(compute(changed)))
-    assert "The file has other numbers: friction_force_amplitude = 0.5." in summary
+    assert "The file has different numbers: friction_force_amplitude = 0.5." in summary
     pending = replace(point, point=replace(point.point, stored={"status": Status.PENDING}))
     assert "This point has no result in the file yet." in words(summary_html(compute(pending)))
 

@@ -90,7 +90,7 @@ def page(chromium: Any, server: Any) -> Iterator[View]:
 
 @pytest.fixture
 def view(page: View) -> View:
-    """Return the page as it begins."""
+    """Return the page as it first opens."""
     page.reset()
     return page
 
@@ -191,7 +191,7 @@ def map_page(chromium: Any, result: xr.Dataset) -> Iterator[View]:
 
 @pytest.fixture
 def map_view(map_page: View) -> View:
-    """Return the page as it begins."""
+    """Return the page as it first opens."""
     map_page.page.locator("#reset").click()
     map_page.says("T = 250 K, K = 2000 N/m")
     return map_page
@@ -220,7 +220,7 @@ def test_from_a_point_of_the_file_sliders_go_on(map_view: View, result: xr.Datas
 
 
 def click(view: View, across: float, up: float) -> None:
-    """Click on the map, so far across and up."""
+    """Click on the map at these fractions of its width and height."""
     frame = view.page.locator("#picture .bk-Canvas").first.bounding_box()
     x = frame["x"] + across * frame["width"]
     view.page.mouse.click(x, frame["y"] + (1.0 - up) * frame["height"])

@@ -120,10 +120,12 @@ def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
     assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at T=250")
     assert ds.status.size < MOST_POINTS
     monkeypatch.setattr("sweeps.page.document.MOST_POINTS", 10)
-    with pytest.raises(ReportError, match=r"162 points, and a page holds 10.*--at temperature=200"):
+    with pytest.raises(
+        ReportError, match=r"162 points, but a page holds at most 10.*--at temperature=200"
+    ):
         write_report(ds, tmp_path / "b.html", name="b.nc")
     assert not (tmp_path / "b.html").exists()
-    with pytest.raises(ReportError, match="162 points, and a page holds 10"):
+    with pytest.raises(ReportError, match="162 points, but a page holds at most 10"):
         explore(ds)
 
 
@@ -170,7 +172,7 @@ def test_a_stack_of_results_has_a_page(ds: xr.Dataset, tmp_path: Path, films: li
     names = [parameter["name"] for parameter in data["parameters"]]
     assert {axis["name"] for axis in data["axes"]} == {"film", "temperature"} == set(names)
     assert [orbit["drawn"] for orbit in data["orbits"]] == [True, True, False, False]
-    assert "with other settings" in data["orbits"][2]["words"]
+    assert "with different settings" in data["orbits"][2]["words"]
 
 
 def test_results_joined_along_a_parameter_have_no_orbits_of_other_settings(tmp_path: Path) -> None:
@@ -292,7 +294,7 @@ def test_a_slider_cuts_curves(tabs: Tabs, tmp_path: Path) -> None:
 
 
 def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Return results without numbers or regimes, of cases with one parameter, and of both ways."""
+    """Return results with no numbers, no regimes, cases of one parameter, or both directions."""
     lost = ds.copy(deep=True)
     lost["status"][:] = Status.DIVERGED
     sample = {"sobol": 16, "seed": 1, "temperature": [150, 320]}

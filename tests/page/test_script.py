@@ -53,7 +53,7 @@ def told(subject: Subject, script: str, values: dict[str, list[float]] | None = 
 
 
 def test_another_law_is_asked_for_without_the_identity_of_the_last_one():
-    """A law of ours with it would be refused."""
+    """A built-in law with that identity would be refused."""
     film = '"film.friction": "limited", "film.law": "its-package-1.0+00"'
     script = f"""
         state.wanted = {{ temperature: "250", {film}, "film.strain": "relaxing" }};
@@ -121,7 +121,7 @@ def test_after_a_refusal_the_pin_is_at_the_open_point(show: str):
 
 @pytest.mark.parametrize(("meltings", "height"), [(4, 0), (2, None)])
 def test_the_kind_of_an_open_point_is_marked_at_its_place(meltings: int, height: int | None):
-    """On the axis of a file whose points all have four meltings; another number is not on it."""
+    """All points of the file have four meltings, so no other number is on the axis."""
     subject = replace(
         subject_of_paper(), result=sweep(temperature=[200.0, 210.0]).assign_attrs(config="{}")
     )
@@ -142,7 +142,7 @@ def test_the_kind_of_an_open_point_is_marked_at_its_place(meltings: int, height:
     ],
 )
 def test_a_place_in_an_address_is_opened(written: dict[str, str], opened: dict[str, str] | None):
-    """As in a report, also if the address does not say that it is pinned."""
+    """As in a report, even if the address does not say that it is pinned."""
     axes = {"temperature": [200.0, 210.0, 220.0], "spring_stiffness": [500.0, 1000.0]}
     result = sweep(**axes).assign_attrs(config="{}")
     script = f"""
@@ -155,7 +155,7 @@ def test_a_place_in_an_address_is_opened(written: dict[str, str], opened: dict[s
 
 
 def test_a_name_that_no_result_of_a_stack_has_is_nowhere():
-    """Even if the names look like numbers, among which it would have a nearest one."""
+    """Even if the names look like numbers, it is not taken for the nearest one."""
     script = """
         axes.push({ name: "film", called: ["film"], size: 2 });
         parameters.push({ name: "film", keys: ["1", "2"] });
@@ -206,7 +206,7 @@ def curves() -> Subject:
 
 
 def test_curves_that_are_drawn_again_stay_zoomed(curves: Subject):
-    """Otherwise a click would show another part than the address says."""
+    """Otherwise a click would show a different part from the one in the address."""
     script = f"{PICTURE} draw(); console.log(JSON.stringify(ends()));"
     assert told(curves, script) == [[210, 220], [0, 5]]
 

@@ -113,7 +113,7 @@ class Waiting:
 
 @contextmanager
 def limited_files(most: int) -> Iterator[None]:
-    """Let this process open files up to this number."""
+    """Limit this process to this number of open files."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if hard != resource.RLIM_INFINITY and hard < most:
         pytest.skip("this machine allows too few open files")
@@ -167,9 +167,9 @@ def test_200_clients_that_send_a_byte_at_a_time_do_not_keep_the_owner_waiting(pa
 
 
 def status_soon(server: PageServer) -> int:
-    """Return the status that the owner gets, who opens the page again if it was closed.
+    """Return the status that the owner gets, who tries again if the connection was closed.
 
-    A connection that waits for its processor before it sends may be the oldest of many by then.
+    If the owner gets no processor time before sending, its connection may be the oldest of many.
     """
     for _ in range(10):
         with contextlib.suppress(ConnectionError, http.client.HTTPException):
@@ -596,7 +596,7 @@ def to_own_thread(number: int) -> None:
 def run_with_signals(
     done: list[Any], *numbers: int, send: Callable[[int], None] = to_process
 ) -> None:
-    """Run a server while this process gets signals, before each of which the server answers."""
+    """Run a server while this process gets signals; the server answers before each of them."""
     server, ended = PageServer({"/": HELLO}), threading.Event()
 
     def act() -> None:

@@ -78,7 +78,7 @@ def as_it_is(chromium: Any, address_of: Callable[[str], str]) -> Iterator[Callab
 
 @pytest.fixture(scope="module")
 def follow(chromium: Any, address_of: Callable[[str], str]) -> Iterator[Callable[[str], Any]]:
-    """Let an open map follow the end of an address, as a click on a link does."""
+    """Make an open map follow the fragment of an address, as a click on a link does."""
     with ExitStack() as contexts:
         own = Tabs(chromium, contexts)
         tab = own.open(address_of("map"))

@@ -115,7 +115,7 @@ def test_a_stack_without_a_coordinate_opens_by_numbers(result):
 
 
 def test_a_stack_of_another_method_is_refused():
-    """The page computes with another method, so that its numbers do not show the settings."""
+    """The page computes with another method, so its numbers do not reveal the settings."""
     integrator = {"method": "euler-cromer", "dt": 1e-7}
     quick = {"integrator": integrator, "stationary": {"rtol": 1e-3, "max_periods": 3}}
     one = run(quick | {"sweep": {"temperature": [250.0, 300.0]}})
@@ -209,7 +209,7 @@ def test_a_point_outside_the_file():
 def test_the_window_of_a_stochastic_film_is_named_unless_it_is_its_default(
     window: int | None, named: dict[str, str]
 ):
-    """Its default is another one: 200 was lost, and 32 stayed when the noise was changed back."""
+    """Its default is 32, not 200: 200 was lost, and 32 stayed when the noise was changed back."""
     written = {} if window is None else {"stationary": {"window": window}}
     config = from_mapping({"noise": {"treatment": "stochastic"}} | written)
     point = point_alone(config, config.parameters())
@@ -241,7 +241,7 @@ def test_the_place_of_a_point_is_in_decimals_which_the_script_reads():
         ({"temprature": "1"}, "temprature is neither a parameter nor a setting"),
         ({"drive.table": "secret.csv"}, "drive.table is neither a parameter nor a setting"),
         ({"output": "a.nc"}, "output is neither"),
-        ({"T": "[200, 250]"}, "an address has one value of each parameter"),
+        ({"T": "[200, 250]"}, "an address must have a single value for each parameter"),
         ({"at.temperature": "250"}, "at.spring_stiffness is missing"),
         ({"at.temperature": "9000", "at.spring_stiffness": "500"}, "goes from 210 to 290"),
     ],

@@ -1,4 +1,4 @@
-"""A term of the free energy as the recipe adds it, with phases from numpy.roots to compare."""
+"""A term of the free energy as the recipe adds it, its phases compared with numpy.roots."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ for _name, _values in FILMS.items():
 
 @pytest.fixture(scope="module")
 def phases(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
-    """The phases of films by a copy with a septic and an octic term."""
+    """The phases of films, computed by a copy with a septic and an octic term."""
     copy = copied(tmp_path_factory.mktemp("octic"))
     carried_out([*RECIPES["free energy"], SEPTIC], copy)
     films = json.dumps(list(FILMS.values()))

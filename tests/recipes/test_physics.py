@@ -174,7 +174,7 @@ def test_a_liquid_film_has_the_stress_of_the_new_law(
 
 @pytest.fixture(scope="module")
 def sprung(changed_copy: Path) -> dict[str, list[dict[str, float]]]:
-    """Orbits with a rigid upper block, and with springs of 1e7, 1e8 and 1e9 N/m for it."""
+    """Orbits with a rigid upper block, and with one on springs of 1e7, 1e8 and 1e9 N/m."""
     done = output_of(script("sprung_sweeps.py"), changed_copy, cache=changed_copy / "cache")
     assert done.returncode == 0, done.stderr
     found: dict[str, list[dict[str, float]]] = json.loads(done.stdout)

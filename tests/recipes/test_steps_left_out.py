@@ -62,7 +62,7 @@ def test_a_method_without_a_function_is_refused_by_its_name(left_out: str, tmp_p
     copy, (module, line) = copied(tmp_path), RECIPES["method"]
     less = module.text.replace(f"\ndef {left_out}(", f"\ndef another_{left_out}(")
     carried_out([module._replace(text=less), line], copy)
-    assert f"stickslip.kernels.rk4, a method, lacks the function {left_out}\n" in refusal(
+    assert f"the method stickslip.kernels.rk4 lacks the function {left_out}\n" in refusal(
         copy, CHOSEN
     )
 

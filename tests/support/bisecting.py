@@ -10,7 +10,7 @@ from sweeps.borders.crossings import Bisection, Crossings, Floats, Kinds
 
 
 class Model:
-    """The kinds of places, and the number of places of each call, which is limited to `most`."""
+    """The kinds of places, and the number of places in each call, at most `most`."""
 
     def __init__(self, kinds: Callable[[Floats], Kinds], most: int | None = None) -> None:
         self.kinds, self.most = kinds, most

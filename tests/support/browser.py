@@ -47,7 +47,7 @@ class Tab:
 
 
 class Tabs:
-    """Opens files in tabs and uses these again, since a new tab costs as much as its page."""
+    """Opens files in tabs and reuses them, since a new tab costs as much as its page."""
 
     def __init__(self, browser: Any, contexts: ExitStack) -> None:
         self._browser, self._contexts = browser, contexts

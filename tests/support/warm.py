@@ -1,6 +1,6 @@
 """Compilation of the common kernels before the test workers start, which would each compile them.
 
-Two processes take about the same time. They begin no further ones, because a process that has
+Two processes take about equally long. They start no others, because a process that has
 compiled one kernel needs a quarter of the time for a similar one. One compiles the adaptive method
 for the paper's fluids, for a general power, and for films with all terms of energy and drive. The
 other begins with an elastic strain that relaxes, which shares no large kernel with them, goes on to

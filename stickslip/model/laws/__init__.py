@@ -162,7 +162,7 @@ def _judged(origin: Origin) -> tuple[FrictionLaw | None, str]:
     try:
         law = origin.load()
         if not isinstance(law, FrictionLaw) or law.name != origin.name:
-            raise LawError(f"it is {law!r:.60}, no FrictionLaw called {origin.name!r}")
+            raise LawError(f"it is {law!r:.60}, not a FrictionLaw called {origin.name!r}")
         inlined = {name: _inlined(function) for name, function in _functions(law).items()}
         scaled = {name: _inlined(function) for name, function in law.scaled.items()}
         law = replace(law, **inlined, scaled=scaled)

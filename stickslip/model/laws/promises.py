@@ -85,7 +85,7 @@ def fluids_of(law: FrictionLaw, name: str) -> list[Fluid]:
     for each in {*law.parameters, *law.scaled} - PARAMETERS.keys():
         raise LawError(f"there is no parameter {each!r}; a law uses k and gamma")
     for each in law.scaled.keys() - {"viscosity_coefficient", "rheological_index", *beyond_paper}:
-        raise LawError(f"`scaled` has {each}, on which more depends than the law")
+        raise LawError(f"`scaled` has {each}, on which more than the law depends")
     try:
         points = [Parameters(**fluid) for fluid in law.fluids or FLUIDS]
         fluids = [Fluid(law, p, _sample_kernel(name, law)) for p in points]
@@ -129,7 +129,7 @@ def rising_with_the_slip(fluid: Fluid) -> None:
     speeds = np.concatenate([-_SPEEDS[::-1], [0.0], _SPEEDS])
     values = fluid.at(speeds)
     before = np.concatenate([[-np.inf], values.stress[:-1]])
-    _require(fluid, "stress rises with u", values.stress >= before, speeds, values.stress)
+    _require(fluid, "stress does not fall with u", values.stress >= before, speeds, values.stress)
     _require(fluid, "slope >= 0", values.slope >= 0, speeds, values.slope)
 
 
@@ -138,7 +138,9 @@ def rising_with_the_order(fluid: Fluid) -> None:
     below = np.zeros(len(_SPEEDS))
     for phi in (0.0, 1e-9, 0.1, _PHI, 1.1):
         stress = fluid.at(_SPEEDS, phi).stress
-        _require(fluid, f"stress rises with phi, up to {phi}", stress >= below, _SPEEDS, stress)
+        _require(
+            fluid, f"stress does not fall with phi, up to {phi}", stress >= below, _SPEEDS, stress
+        )
         below = stress
 
 
@@ -222,7 +224,7 @@ def cusp(fluid: Fluid) -> None:
     at_rest, near, far = slopes = fluid.at(speeds).slope
     if fluid.has_cusp:
         steep = [at_rest > 10 * near > 100 * far]
-        _require(fluid, "slope has no bound at a cusp", steep, [0.0], slopes)
+        _require(fluid, "slope is unbounded at a cusp", steep, [0.0], slopes)
         rounded = fluid.at(0.0, u_s=_U_S).slope
         _require(fluid, "rounded slope at a cusp is smaller", rounded < at_rest, [0.0], rounded)
     else:
@@ -247,8 +249,8 @@ def scaled(fluid: Fluid) -> None:
     values = fluid.at(speeds)
     same = _is_close(values.in_own_units, values.stress, 1e-12)
     what = (
-        "stress is the same in the units of kernels (is a number with a unit in the law, or a "
-        "parameter not `scaled` as the law uses it?)"
+        "stress is the same in the units of kernels (does the law contain a number with a unit, "
+        "or a parameter not `scaled` as the law uses it?)"
     )
     _require(fluid, what, same, speeds, values.in_own_units, values.stress)
 
@@ -280,7 +282,7 @@ def _require(
     own = ("viscosity_coefficient", "rheological_index")
     p = ", ".join(f"{PARAMETERS[name].symbol} = {getattr(fluid.p, name):g}" for name in own)
     right = "" if expected is None else f" instead of {expected[first]!s}"
-    raise LawError(f"not so: {what}, at u = {u[first]:g} m/s, {p}: {found[first]!s}{right}")
+    raise LawError(f"violated: {what}, at u = {u[first]:g} m/s, {p}: {found[first]!s}{right}")
 
 
 def _difference(fluid: Fluid, u: Array, step: Array, u_s: float) -> Array:

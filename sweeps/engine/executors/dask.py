@@ -117,19 +117,19 @@ class ClusterExecutor(Executor):
             block = future.result()
         except KilledWorker as error:
             deaths = error.allowed_failures + 1
-            raise WorkersLostError("no dask worker survived it", deaths) from error
+            raise WorkersLostError("no dask worker survived", deaths) from error
         except WorkerMismatchError:
             raise
         except (CancelledError, OSError) as error:
             raise ExecutorError(
                 f"the connection to the dask scheduler at {self._address} was lost; finished "
-                "points are kept, and the same command resumes"
+                "points are kept; run the same command to resume"
             ) from error
         except Exception as error:
             raise ExecutorError(
                 f"the dask cluster at {self._address} cannot compute a block "
                 f"({type(error).__name__}: {first_line(error)}); install the same version of "
-                "stickslip for all its workers"
+                "stickslip on all its workers"
             ) from error
         self._warned = False
         return block
@@ -164,7 +164,7 @@ def _connected(address: str) -> Any:
         except Exception as error:
             if address.startswith("inproc:"):
                 raise AddressError(
-                    f"{address} is the address of a cluster inside another process, or of no "
+                    f"{address} belongs to a cluster inside another process, or to no "
                     "cluster; an address that other processes can reach begins with tcp://"
                 ) from error
             raise

@@ -241,7 +241,7 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
     ],
 )
 def test_an_address_that_never_answers_is_a_usage_error(address: str, message: str) -> None:
-    """A script that gives the same command again would do so for ever."""
+    """Otherwise a script that repeats failed commands would repeat this one forever."""
     code, err = ended(command("--scheduler", address))
     assert code == 2
     assert err.startswith(address)
@@ -263,7 +263,7 @@ def test_a_scheduler_that_is_not_there_is_named(scheme: str) -> None:
 @pytest.mark.parametrize(
     ("problem", "message"),
     [
-        ("other sources", "a worker has other sources of stickslip"),
+        ("other sources", "a worker's stickslip code ("),
         ("none", "cannot compute a block (ModuleNotFoundError: not here)"),
     ],
 )

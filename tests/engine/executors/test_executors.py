@@ -146,14 +146,14 @@ def all_gone(processes: list[Any]) -> bool:
 def test_ctrl_c_keeps_finished_points_and_leaves_no_process() -> None:
     sweep, processes = begun(doing("gated_block"))
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does
-    sweep.says("gives up what is in flight")
+    sweep.says("drops the points in flight")
     open_gate()
     code, err = ended(sweep)
     assert code == 130
     assert all_gone(processes)
     said = re.fullmatch(
         r"\nCtrl-C: finishing \d points? in flight.*\.\n"
-        r"Another Ctrl-C ends at once and gives up what is in flight\.\n"
+        r"Another Ctrl-C ends the run at once and drops the points in flight\.\n"
         r"Stopped: Ctrl-C\. (\d+) of 24 points are kept in a\.nc\.run\. To resume:\n.*\n",
         err,
     )
@@ -165,11 +165,11 @@ def test_ctrl_c_keeps_finished_points_and_leaves_no_process() -> None:
 def test_a_second_ctrl_c_waits_for_nobody() -> None:
     sweep, processes = begun(doing("stuck_block"))
     os.killpg(sweep.pid, signal.SIGINT)
-    sweep.says("gives up what is in flight")
+    sweep.says("drops the points in flight")
     os.killpg(sweep.pid, signal.SIGINT)
     code, err = ended(sweep)
     assert code == 130
-    assert "Ended at once; what was journaled is kept." in err
+    assert "Ended at once; points in the journal are kept." in err
     assert all_gone(processes)
 
 
@@ -229,7 +229,7 @@ def test_workers_that_cannot_begin_cost_no_point(tasks: list[Task]) -> None:
     grid, options = Grid.from_config(config), options_of(config)
     done = np.arange(grid.size) >= len(tasks)
     pool = Scripted(1, [WorkersLostError("no module named queue")] * 9)
-    with pytest.raises(ExecutorError, match=r"before they compute anything \(no module named qu"):
+    with pytest.raises(ExecutorError, match=r"die before computing anything \(no module named que"):
         list(ask(grid.rows, Blocks(done, pool.slots), options, pool))
 
 

@@ -26,7 +26,7 @@ POINTS = rows("temperature", np.linspace(180.0, 290.0, 21))
 
 
 def worked(task: passes.Pass, attempts: int) -> tuple[Motions, int]:
-    """Return pseudoplastic motions after a pass in portions of so many attempts, and the calls."""
+    """Return pseudoplastic motions after a pass in portions of `attempts`, and the call count."""
     kernel, more = passes.pass_kernel(PSEUDOPLASTIC), np.arange(len(POINTS))
     motions, lanes, calls = motions_of(POINTS, PHYSICS), passes.new_lanes(3, len(POINTS)), 0
     left, ended = len(POINTS), []

@@ -213,7 +213,7 @@ def test_the_distance_is_the_largest_difference_and_nan_counts(judge: Judge) -> 
 
 
 def wandering(level: float, length: int = 400) -> np.ndarray:
-    """Random jumps about the limit, of some tolerances."""
+    """Random jumps about the limit, by up to `level` tolerances."""
     return 0.3 + level * TOL * np.random.default_rng(5).uniform(-1.0, 1.0, (length, 3))
 
 

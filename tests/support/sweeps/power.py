@@ -1,7 +1,7 @@
 """A disk whose power may fail: the file operations of a command, replayed up to any moment.
 
 Each write to a file since its last flush may be lost or not, independently of the others. Of the
-changes of names since the last flush of a folder, all after one of them may be lost: file systems
+name changes since the last flush of a folder, all from some point on may be lost: file systems
 keep one log of all names, in order.
 """
 
@@ -25,7 +25,7 @@ Contents = dict[int, bytearray]
 
 
 class Operation(NamedTuple):
-    """An operation on the contents of a file, which has a number, or on a name in a folder."""
+    """An operation on the contents of a numbered file, or on a name in a folder."""
 
     what: str
     file: int = 0
@@ -56,7 +56,7 @@ class Disk:
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Record the operations of this process in the meantime."""
+        """Record the operations of this process inside the context."""
         with pytest.MonkeyPatch.context() as patch:
             self._watch(patch, os, "open", self._opened)
             self._watch(patch, os, "pwrite", lambda _, h, data, at: self._wrote(h, at, data))

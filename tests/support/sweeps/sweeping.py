@@ -134,7 +134,7 @@ class Mishap(NamedTuple):
 
     `number` counts the calls from 1: with `of`, only those with this text in their arguments; with
     `within`, only those made during that call (owner, name, number). The process is killed, or the
-    disk of its folder is filled. Only `os.pwrite` has a halfway.
+    disk of its folder is filled. Only `os.pwrite` can stop halfway.
     """
 
     owner: str
@@ -239,7 +239,7 @@ def _die() -> None:
 
 
 def fill_the_disk() -> None:
-    """Write `filler` until nothing is left of the disk of this folder."""
+    """Write `filler` until the disk of this folder is full."""
     with suppress(OSError), Path("filler").open("ab", buffering=0) as file:
         for size in (65536, 4096, 1):
             with suppress(OSError):

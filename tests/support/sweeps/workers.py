@@ -119,7 +119,7 @@ def command(*arguments: str, hook: str = "") -> Running:
 
 
 def doing(function: str) -> str:
-    """A hook by which workers call this function of this module."""
+    """A hook that makes workers call this function of this module."""
     return f"processes.compute_block = dask.compute_on_cluster = workers.{function}"
 
 

@@ -1,4 +1,4 @@
-"""Print the phases of films, whose parameters are the argument."""
+"""Print the phases of films, whose parameters are given as the argument."""
 
 import json
 import sys

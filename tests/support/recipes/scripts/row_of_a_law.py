@@ -1,4 +1,4 @@
-"""Compute rates, observables and a row, which need the registry, with the law of the argument."""
+"""Compute rates, observables and a row, which need the registry, with the law given as argument."""
 
 import sys
 

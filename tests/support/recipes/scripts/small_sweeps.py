@@ -1,4 +1,4 @@
-"""Run small sweeps by the method of the first argument, for the cases that follow or for all."""
+"""Run small sweeps by the method named first, for the cases that follow or for all."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Print orbits with a rigid upper block, and with springs of 1e7, 1e8 and 1e9 N/m for it."""
+"""Print orbits with a rigid upper block, and with one on springs of 1e7, 1e8 and 1e9 N/m."""
 
 import json
 import sys

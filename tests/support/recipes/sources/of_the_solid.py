@@ -1,4 +1,4 @@
-"""The paper's law with a viscosity that grows with the order parameter by 1 + kappa phi^2."""
+"""The paper's law with a viscosity that grows with the order parameter as 1 + kappa phi^2."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Classical Runge-Kutta with a fixed step, of order 4, as a method in one file for teaching.
 
 It integrates the right-hand side of the model, for (x, u, ln phi) in SI units. A step is recorded
-at its start, which is of second order in the results. `kernels/plain_iteration/` does the rest to
+at its start, which makes the results of second order. `kernels/plain_iteration/` does the rest to
 find orbits.
 """
 
@@ -76,7 +76,7 @@ def _make_see(model: Model) -> Any:
 
 
 def _make_steps(model: Model) -> Any:
-    """Return the function (p, t, h, count, y, measured, record) of the state after some steps."""
+    """Return the function (p, t, h, count, y, measured, record) that takes `count` steps from y."""
     rhs, see, own = model.equations.rhs, _make_see(model), algebra(model.width)
     add, finite = own.add, own.finite
 
@@ -198,7 +198,7 @@ def write_records(
 
 
 class March:
-    """The march of plain iteration: arguments as of `march.MakeMarch`, the rest as `March`."""
+    """The march of plain iteration: arguments as in `march.MakeMarch`, the rest as in `March`."""
 
     def __init__(
         self, points: np.ndarray, steps: np.ndarray, states: np.ndarray, physics: Physics
