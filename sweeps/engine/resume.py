@@ -108,13 +108,13 @@ class Decision:
         """Flags (size,) of the points to compute."""
         return self.target.needed & ~self.there
 
-    def begin(self) -> Journal:
+    def begin(self, *, with_failures: bool = False) -> Journal:
         """Return the journal of this computation, with every existing point.
 
-        Raises StorageError.
+        Points that a retry computes again are missing, unless `with_failures`. Raises StorageError.
         """
         with storage_errors(f"cannot write into {self.folder.path}", self.folder.path):
-            journal = self._opened()
+            journal = self._opened(with_failures=with_failures)
             try:
                 self._take_over(journal)
                 if self.policy.retry_failed:
@@ -141,11 +141,11 @@ class Decision:
             lines.append(f"{journal.damaged} damaged bytes of {self.folder.journal} were skipped")
         return lines
 
-    def _opened(self) -> Journal:
+    def _opened(self, *, with_failures: bool) -> Journal:
         """Return the journal to continue, or a new one."""
         target, folder = self.target, self.folder
         if self.manifest is not None:
-            return opened_journal(target, folder, self.manifest)
+            return opened_journal(target, folder, self.manifest, with_failures=with_failures)
         begun = self._manifest(self.afresh)
         if self.file:  # it is read until the journal holds all its points
             begun["output"] = None
@@ -343,12 +343,18 @@ def _name_of_part(target: Target) -> str:
 
 
 def opened_journal(
-    target: Target, folder: RunFolder, manifest: Manifest, *, readonly: bool = False
+    target: Target,
+    folder: RunFolder,
+    manifest: Manifest,
+    *,
+    readonly: bool = False,
+    with_failures: bool = False,
 ) -> Journal:
-    """Open the journal of a target, without the failed points that a retry computes again."""
+    """Open the journal of a target, without the points that a retry computes again, by default."""
     keys, chunks = target.keys, target.chunks
     journal = Journal.open(folder.journal, manifest, keys, chunks, readonly=readonly)
-    forget_failures(journal, target)
+    if not with_failures:
+        forget_failures(journal, target)
     return journal
 
 

@@ -118,12 +118,10 @@ def sweep(
         folder.discard_leftovers()
         before = fingerprint(folder.output)
         if partial:
-            return _export(target, folder, policy, before, keep_journal=keep_journal)
+            return _export(target, folder, policy, before, say, keep_journal=keep_journal)
         decision = decide(target, folder, policy)
         if decision.complete is not None:
-            ended = _ended(target, output, decision.complete, missing=0)
-            say(f"{output} is complete: {counted(ended.points, 'point')}, nothing to do")
-            return ended
+            return _complete(target, output, decision.complete, say)
         with closing(decision.begin()) as journal:
             result = JournaledResult(target, journal, folder, before)
             interpolate(target.config, target.grid, journal)  # which needs no workers
@@ -190,6 +188,14 @@ def _finish(journal: Journal, folder: RunFolder, *, keep_journal: bool) -> None:
     folder.remove(keep_journal=keep_journal)
 
 
+def _complete(
+    target: Target, output: Path, complete: Written, say: Callable[[str], None]
+) -> Outcome:
+    ended = _ended(target, output, complete, missing=0)
+    say(f"{output} is complete: {counted(ended.points, 'point')}, nothing to do")
+    return ended
+
+
 def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
     """Return how a sweep ended; `missing` counts the points of the target that are not finished."""
     statuses = written.statuses.copy()
@@ -208,10 +214,13 @@ def _export(
     folder: RunFolder,
     policy: ExistingPolicy,
     before: list[int] | None,
+    say: Callable[[str], None],
     *,
     keep_journal: bool,
 ) -> Outcome:
     """Write the finished points; leave the journal if points are missing or `keep_journal` is true.
+
+    Points that an interrupted retry has yet to compute again are written as they were.
 
     Raises RefusalError if there are none, or if the output would lose points.
     """
@@ -223,12 +232,20 @@ def _export(
             f"{output} would be replaced by an unfinished sweep that started from scratch; finish "
             "that sweep first, or replace it now with --overwrite"
         )
-    with closing(decide(target, folder, ExistingPolicy()).begin()) as journal:
+    decision = decide(target, folder, ExistingPolicy())
+    if decision.complete is not None:
+        return _complete(target, output, decision.complete, say)
+    with closing(decision.begin(with_failures=True)) as journal:
+        for warning in decision.warnings(journal):
+            say(f"warning: {warning}")
         interpolate(target.config, target.grid, journal)
         written = JournaledResult(target, journal, folder, before).write()
         missing = int(np.count_nonzero(target.needed & ~journal.done))
-        if not missing:
+        forget_failures(journal, target)
+        if not np.any(target.needed & ~journal.done):
             _finish(journal, folder, keep_journal=keep_journal)
+        else:  # the output has no points that the journal lacks
+            journal.note(journal.manifest | {"output": fingerprint(output)})
     return _ended(target, output, written, missing)
 
 

@@ -37,6 +37,12 @@ FIVE = "sweep: {temperature: [200, 225, 250, 275, 300]}\noutput: a.nc\n"
 A_YAML = FOUR + LOOSE
 OTHER = LOOSE.replace("integrator: {rtol: 1e-4}", "integrator: {rtol: 1e-5}")
 ALL = [200.0, 225.0, 250.0, 275.0]
+FOLLOWED = (
+    "sweep: {omega: {linspace: [8, 40], num: 9}, T: [200, 240]}\n"
+    "follow: omega\nstationary: {max_periods: 6}\n"
+)
+STOPPED_RETRY = ("--retry-failed", "--max-runtime", "0.001s")
+REFINED = "sweep: {T: {linspace: [200, 300], num: 5}}\nrefine: {axes: [T], levels: 2}\n"
 
 
 @pytest.fixture
@@ -352,6 +358,35 @@ def test_an_interrupted_retry_is_resumed_without_the_option(shell: Shell, text: 
     shell.ok("sweep", config, "-o", "b.nc")
     assert not done & set(shell.values("temperature"))
     assert hash_of("b.nc") == hash_at_once(config)
+
+
+@pytest.mark.parametrize("text", [FOUR, REFINED])
+def test_partial_keeps_the_points_that_an_interrupted_retry_has_not_reached(
+    shell: Shell, text: str
+) -> None:
+    def poison(rows: np.ndarray) -> None:
+        if shell.computed:
+            raise ValueError("poison")
+
+    config = write("b.yaml", text, LOOSE, ONE_BY_ONE)
+    shell.disturb = poison
+    assert shell("sweep", config, "-o", "b.nc").code == 3
+    before, shell.disturb = hash_of("b.nc"), None
+    assert shell("sweep", config, "-o", "b.nc", *STOPPED_RETRY).code == 4
+    shell("sweep", config, "-o", "b.nc", "--partial")
+    assert hash_of("b.nc") == before
+    assert json.loads(shell("status", "b.nc", "--json").out)["state"] == "interrupted"
+    shell.ok("sweep", config, "-o", "b.nc")
+    assert hash_of("b.nc") == hash_at_once(config)
+
+
+def test_partial_keeps_whole_lines_of_which_one_point_is_to_be_retried(shell: Shell) -> None:
+    config = write("b.yaml", FOLLOWED)
+    assert shell("sweep", config, "-o", "b.nc").code == 3
+    before = hash_of("b.nc")
+    assert shell("sweep", config, "-o", "b.nc", *STOPPED_RETRY).code == 4
+    shell("sweep", config, "-o", "b.nc", "--partial")
+    assert hash_of("b.nc") == before
 
 
 def test_retry_failed_of_an_interrupted_sweep_keeps_points_with_a_result(shell: Shell) -> None:
