@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -38,6 +39,10 @@ class Design(NamedTuple):
         """Draw base points, a power of 2, from a scrambled Sobol sequence; raises BoxError."""
         from scipy.stats import qmc
 
+        try:
+            base_points = operator.index(base_points)
+        except TypeError:
+            raise BoxError(f"base points must be a whole number, not {base_points!r}") from None
         if base_points < 2 or base_points & (base_points - 1):
             nearest = 2 ** max(round(math.log2(max(base_points, 2))), 1)
             raise BoxError(

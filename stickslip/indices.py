@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.accessors import register_accessors
 from stickslip.boxes import BoxError, Design, box_of
 from stickslip.datasets import parameter_scalars
 from stickslip.options import options_for_orbits
@@ -64,7 +65,8 @@ def sensitivity_indices(
     ----------
     box
         Parameters by name or symbol, each with a pair (low, high) to draw it evenly between these
-        values, `{"log": (low, high)}` to draw it evenly in its logarithm, or a number to fix it.
+        values, `{"log": (low, high)}` to draw it evenly in its logarithm, `{"normal": (mean,
+        deviation)}` or `{"lognormal": (median, deviation of ln)}`, or a number to fix it.
         Parameters are drawn independently.
     of
         Names or symbols of results, from `variables.RESULTS`.
@@ -85,7 +87,8 @@ def sensitivity_indices(
         `first_order` and `total_order` over `result` and `parameter`; `first_order_interval` and
         `total_order_interval`, with the further dimension `bound`; `mean` and `standard_deviation`
         of each result, in its unit; `regime_share`, the share of all points in each `regime`; the
-        box as `low`, `high` and `logarithmic` over `parameter`. Indices are NaN for a result that
+        box as `distribution` (in words), `low`, `high` (where it ends) and `logarithmic` over
+        `parameter`. Indices are NaN for a result that
         does not vary, and intervals for one that varies at so few points that a sample of the
         bootstrap has none of them. The attributes give the number of base points, and of those left
         out.
@@ -111,6 +114,7 @@ def sensitivity_indices(
         design, rows, results, seed=seed, confidence=confidence, largest_missing=largest_missing
     )
     constant = {n: places[n].item() for n in Parameters._fields if n not in ranges}
+    register_accessors()
     return ds.assign_coords(parameter_scalars(constant))
 
 
@@ -194,6 +198,7 @@ def indices_of(
             PARAMETER: list(design.box),
             BOUND: ["low", "high"],
             "regime": [code.name.lower() for code in Regime],
+            "distribution": (PARAMETER, [str(r) for r in ranges]),
             "low": (PARAMETER, [r.low for r in ranges]),
             "high": (PARAMETER, [r.high for r in ranges]),
             "logarithmic": (PARAMETER, [r.logarithmic for r in ranges]),

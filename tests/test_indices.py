@@ -234,3 +234,15 @@ def test_levels_and_shares_are_refused_before_anything_is_computed(
     monkeypatch.setattr(indices, "orbit_rows", lambda *_: pytest.fail("orbits were computed"))
     with pytest.raises(BoxError, match=message):
         sensitivity_indices({"T": (255, 300)}, base_points=2, **limits)
+
+
+def test_the_box_is_named_by_its_distributions() -> None:
+    box = {"T": (200.0, 240.0), "k": {"lognormal": (5e4, 0.2)}}
+    ds = sensitivity_indices(box, base_points=4, largest_missing=1.0)
+    assert ds.distribution.values.tolist() == [
+        "[200, 240]",
+        "lognormal [50000, 0.20000000000000001]",
+    ]
+    assert ds.stickslip is not None
+    with pytest.raises(BoxError, match=r"base points must be a whole number, not 16.0"):
+        sensitivity_indices(box, base_points=16.0)  # type: ignore[arg-type]

@@ -338,7 +338,8 @@ BORDER_STYLES = {"grazing": "solid", "fold": "dashed"}
 def require_borders(ds: xr.Dataset) -> None:
     """Raise ValueError if a dataset holds no borders over two axes."""
     axes = border_axes(ds)
-    if not axes or not {"line", "kind_left", "kind_right", "type"} <= set(ds.variables):
+    named = {"line", "kind_left", "kind_right", "type"} <= set(ds.variables)
+    if not axes or not named or "boundary_point" not in ds.dims:
         raise ValueError("this is not a file of borders as written by `stickslip boundary`")
     if len(axes) != 2:
         raise ValueError(f"borders are drawn on maps; these are points along {axes[0]}")

@@ -308,6 +308,8 @@ def default_figure(ds: xr.Dataset) -> str:
 # The dimensions that a part of a dataset may have lost, for example by `squeeze`.
 _ALONG = {
     "fit": ("datum", "free_parameter"),
+    "free_energy": ("temperature",),
+    "landscape": ("temperature",),
     "posterior": ("free_parameter",),
     "indices": ("parameter", "result"),
 }

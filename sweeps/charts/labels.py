@@ -134,10 +134,13 @@ def shown_number(name: str, value: float) -> Quantity:
 def with_error(value: float, error: float, *, mathtext: bool = False) -> str:
     """Return a value and its error, to two digits of the error: `-0.550±0.012`.
 
-    It needs the package uncertainties, which the rest of this module does not.
+    An infinite error leaves the value alone. This needs the package uncertainties, which the rest
+    of this module does not.
     """
     from uncertainties import ufloat
 
+    if math.isinf(error):
+        return f"{value:.7g}"
     return f"{ufloat(value, error):.2u{'L' if mathtext else 'P'}}"
 
 

@@ -52,6 +52,12 @@ def varied_in(text: str) -> tuple[str, ...]:
     return tuple(name for found in _AXES.finditer(text) for name in _NAME.findall(found[0]))
 
 
+def swept_in(text: str) -> tuple[str, ...]:
+    """Return the axes in the config of a result, without linked cases."""
+    swept = (found[0] for found in _AXES.finditer(text) if found[1] == "sweep")
+    return tuple(name for axes in swept for name in _NAME.findall(axes))
+
+
 def options_of(config: Config) -> Options:
     """Return the options of a config for `compute_orbits`.
 

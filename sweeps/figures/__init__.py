@@ -42,6 +42,7 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
     """
     options = options or PlotOptions()
     look = options.look
+    ds = _in_order(ds)
     if figure is not None and options.asks:
         raise ValueError("figure draws a whole picture; leave out figure, or variables and axes")
     with styled(look):
@@ -60,6 +61,13 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
     if look.axes is None:
         picture.set_label(str(ds.attrs.get("title", "")))
     return picture
+
+
+def _in_order(ds: xr.Dataset) -> xr.Dataset:
+    """Return a dataset, which may be transposed, with the dimensions that figures count on."""
+    first = [dim for dim in ("temperature",) if data_of(ds) == "phases" and dim in ds.dims]
+    last = [dim for dim in ("ramped_strain", "sample", "bound") if dim in ds.dims]
+    return ds.transpose(*first, ..., *last) if first or last else ds
 
 
 def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:

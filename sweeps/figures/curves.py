@@ -97,7 +97,7 @@ def draw_curves(
                 f"the data are for {', '.join(dict.fromkeys(data.variable))}, but this picture "
                 f"shows {', '.join(variables)}"
             )
-        on = [draw_measured(panel, axis, layout, data) for panel in drawn.panels]
+        on = [draw_measured(panel, axis, layout, data, drawn.dataset) for panel in drawn.panels]
         own = np.isin(data.variable, variables)
         # A value is drawn if any of several panels has its parameters.
         elsewhere = int((own & ~np.any(on, axis=0)).sum())
@@ -222,33 +222,77 @@ _THIN = 0.8  # points: edges and error bars
 _SAME = 0.01  # relative distance within which a measurement belongs to a panel or curve
 
 
-def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) -> np.ndarray:
+def draw_measured(
+    panel: Panel, axis: Axis, layout: Layout, data: Measurements, whole: xr.Dataset
+) -> np.ndarray:
     """Draw the measured values of a panel's variable; return which of the data these are.
 
-    A measured value has the colour of the curve with its hue, or is white if there is no hue.
-    Raises ValueError if the data lack the parameter of the horizontal axis.
+    A measured value has the colour of the nearest curve, or is white if the data do not have the
+    parameter that tells curves apart. `whole` is the dataset of all panels. Raises ValueError if
+    the data lack the parameter of the horizontal axis.
     """
     across = str(coordinate_of(panel.dataset, axis.dim).name)
     if across not in data.parameters:
         raise ValueError(f"the data have no column {across}, which is the horizontal axis")
+    _refuse_other_unit(panel)
     own = np.array([name == panel.variable for name in data.variable])
+    left = own & _belongs(panel, axis, layout, data, whole)[data.row]
+    if layout.hue is None or (nearest := _nearest_places(whole, layout.hue, data)) is None:
+        _draw_points(panel, data, across, left, "white")
+        return left
+    count = whole.sizes[layout.hue]
+    for place in range(count):
+        colour = line_at(hue_of(layout.hue, place, count)).colour
+        _draw_points(panel, data, across, left & (nearest == place)[data.row], colour)
+    drawn: np.ndarray = left & (nearest >= 0)[data.row]
+    return drawn
+
+
+def _refuse_other_unit(panel: Panel) -> None:
+    """Raise ValueError if a user converted the variable of a panel; data are in SI units."""
+    ours, units = RESULTS[panel.variable].units, panel.dataset[panel.variable].attrs.get("units")
+    if units not in (None, ours):
+        raise ValueError(
+            f"the data are in {ours} and {panel.variable} is in {units}: convert it back to {ours}"
+        )
+
+
+def _belongs(
+    panel: Panel, axis: Axis, layout: Layout, data: Measurements, whole: xr.Dataset
+) -> np.ndarray:
+    """Return which rows of the data have the parameters of a panel, apart from its hue."""
+    across = str(coordinate_of(panel.dataset, axis.dim).name)
     here = np.ones(data.rows, dtype=bool)
     for name, values in data.parameters.items():
-        if name in panel.dataset.coords and panel.dataset[name].size == 1:
-            here &= _is_near(values, float(panel.dataset[name].values.item()))
-    left = own & here[data.row]
-    drawn = np.zeros_like(left)
-    hue = layout.hue if layout.hue in data.parameters else None
-    count = panel.dataset.sizes[hue] if hue else 1
-    for place in range(count):
-        on = left
-        if hue:
-            value = float(panel.dataset[hue].values[place])
-            on = left & _is_near(data.parameters[hue], value)[data.row]
-        colour = line_at(hue_of(hue, place, count)).colour if hue else "white"
-        _draw_points(panel, data, across, on, colour)
-        drawn |= on
-    return drawn
+        if name == across or name not in whole.coords:
+            continue
+        if whole[name].size == 1:
+            here &= _is_near(values, whole[name].values.item())
+        elif whole[name].dims == (axis.dim,):  # linked to the horizontal axis
+            x = data.parameters[across]
+            here &= _is_near(values, np.interp(x, whole[across].values, whole[name].values))
+    for dim in filter(None, (layout.col, layout.row)):
+        if (nearest := _nearest_places(whole, dim, data)) is not None:
+            name = str(coordinate_of(whole, dim).name)
+            here &= (nearest >= 0) & (whole[name].values[nearest] == panel.dataset[name].item())
+    return here
+
+
+def _nearest_places(whole: xr.Dataset, dim: str, data: Measurements) -> np.ndarray | None:
+    """Return for each row of the data the nearest point of a dimension; -1 if none is near.
+
+    None if the data lack all parameters along the dimension.
+    """
+    names = [n for n in data.parameters if n in whole.coords and whole[n].dims == (dim,)]
+    if not names:
+        return None
+    distance = np.zeros((data.rows, whole.sizes[dim]))
+    for name in names:
+        values, there = data.parameters[name][:, None], whole[name].values
+        apart = np.abs(values - there) / np.maximum(np.abs(there), np.finfo(float).tiny)
+        distance = np.maximum(distance, np.where(_is_near(values, there), apart, np.inf))
+    nearest: np.ndarray = np.where(np.isfinite(distance.min(1)), distance.argmin(1), -1)
+    return nearest
 
 
 def _draw_points(
@@ -295,8 +339,8 @@ def _range_with_data(
     return float(ends.min(initial=low)), float(ends.max(initial=high))
 
 
-def _is_near(values: Floats, value: float) -> np.ndarray:
-    near: np.ndarray = np.isclose(values, value, rtol=_SAME, atol=0.0)
+def _is_near(values: Floats, there: Floats | float) -> np.ndarray:
+    near: np.ndarray = np.isclose(values, there, rtol=_SAME, atol=0.0)
     return near
 
 
@@ -316,7 +360,8 @@ def fit(ds: xr.Dataset) -> Figure:
     """
     names = list(dict.fromkeys(map(str, ds.datum_variable.values)))
     sweep = ds.drop_dims([str(dim) for dim in ds.sizes if dim not in ds["status"].dims])
-    dims = [str(dim) for dim in ds["status"].dims]
+    # A dataset may be transposed; the horizontal axis has the most points.
+    dims = sorted(map(str, ds["status"].dims), key=lambda dim: -ds.sizes[dim])
     figure, panels = new_panels(
         2, len(names), (width_of(len(names)), _HEIGHT), sharex="col", gridspec_kw=_RATIOS
     )
@@ -342,7 +387,9 @@ def fit(ds: xr.Dataset) -> Figure:
     if layout.hue:
         put_legend(figure, _legend(sweep, layout))
     at_jump = "Squares mark data next to a jump." if (ds.datum_at_jump == 1).any() else ""
-    put_note(figure, [_fitted(ds), f"Residuals are in standard errors. {at_jump}".rstrip()])
+    left_out = int((~_of_curves(ds, sweep)).sum()) if is_curve else 0
+    apart = f"Not drawn: {left_out} data at other parameters." if left_out else ""
+    put_note(figure, [_fitted(ds), f"Residuals are in standard errors. {at_jump}".rstrip(), apart])
     return figure
 
 
@@ -354,6 +401,7 @@ def _data_of_curves(
     if layout.x is None:
         yield 1.0 + np.arange(own.sum()), np.flatnonzero(own), SINGLE
         return
+    own &= _of_curves(ds, sweep)
     count = sweep.sizes[layout.hue] if layout.hue else 1
     for place in range(count):
         on = own
@@ -361,6 +409,15 @@ def _data_of_curves(
             on = own & (ds[f"{_DATUM}_{layout.hue}"].values == sweep[layout.hue].values[place])
         x = ds[f"{_DATUM}_{layout.x}"].rename(layout.x)[on]
         yield shown(x).values, np.flatnonzero(on), line_at(hue_of(layout.hue, place, count))
+
+
+def _of_curves(ds: xr.Dataset, sweep: xr.Dataset) -> np.ndarray:
+    """Return which data have the parameters of the curves, of which a part may be chosen."""
+    on = np.ones(ds.sizes[_DATUM], dtype=bool)
+    for name in PARAMETERS:
+        if f"{_DATUM}_{name}" in ds.variables and name in sweep.coords and sweep[name].size == 1:
+            on &= ds[f"{_DATUM}_{name}"].values == sweep[name].values.item()
+    return on
 
 
 def _draw_data(

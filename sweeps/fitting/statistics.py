@@ -153,8 +153,13 @@ def jumps_within(search: Search, fit: Fit, known: Statistics) -> NDArray[np.bool
 
 
 def _goal(fit: Fit) -> float:
-    """Return the root of the rise of chi2 that ends an interval, in units of its scale."""
-    return float(t.ppf(0.5 + LEVEL / 2.0, fit.dof)) if fit.dof > 0 else math.nan
+    """Return the root of the rise of chi2 that ends an interval, in units of its scale.
+
+    With as many parameters as data, only errors that were given show how large the scatter is.
+    """
+    if fit.dof > 0:
+        return float(t.ppf(0.5 + LEVEL / 2.0, fit.dof))
+    return math.nan if fit.model.data.relative else float(norm.ppf(0.5 + LEVEL / 2.0))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import itertools
 import json
+import math
 import re
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,7 +28,9 @@ from sweeps.charts.axes import axis_of
 from sweeps.charts.chart import require_borders_of
 from sweeps.charts.choice import data_of, slice_at
 from sweeps.charts.colours import Colours
+from sweeps.engine.settings import swept_in
 from sweeps.files.netcdf import content_hash
+from sweeps.grid import CASE, DIRECTION
 from sweeps.human import counted, size_text
 from sweeps.page import MOST_ORBITS, MOST_POINTS, ReportError, facts
 from sweeps.page.answers import point_data
@@ -233,7 +236,9 @@ def _of_result(
     views, variables = views_of(ds), variables_of(ds)
     dims = list(map(str, ds["status"].dims))
     charts, hosts = _charts(ds, views, variables, others, borders)
-    sliced = [word for text in at if (one := _one_point(ds, text)) for word in ("--at", one)]
+    cut = _cut_axes(ds, at)
+    one_point = [one for text in at if (one := _one_point(ds, text))]
+    sliced = [word for one in [*one_point, *cut] for word in ("--at", one)]
     data = _EMPTY | charts
     data |= {
         "axes": [_axis(ds, dim) for dim in dims],
@@ -242,7 +247,7 @@ def _of_result(
         "variables": [variable(ds, name, colours) for name, colours in variables.items()],
         "replay": escape(shlex.join(["stickslip", "replay", name, *sliced])),
         # For values along axes; those of a slice have neighbours in the file that the page lacks.
-        "fewestDigits": 17 if any("," in text for text in at) else _EMPTY["fewestDigits"],
+        "fewestDigits": 17 if _has_fewer_points(ds, at) else _EMPTY["fewestDigits"],
     }
     parts = {
         "look": "" if views else "absent" if with_orbits else "single",
@@ -252,6 +257,26 @@ def _of_result(
         "readout": facts.readout_table(ds, parameters_of(ds), variables),
     }
     return parts, data, hosts
+
+
+def _has_fewer_points(ds: xr.Dataset, at: Sequence[str]) -> bool:
+    """Return whether an axis has fewer points than in the file, by `at` or as `isel` leaves it."""
+    kept = (name for name in ds.coords if ds[name].ndim and _size_in_file(ds[name]) > ds[name].size)
+    return any("," in text for text in at) or any(kept)
+
+
+def _cut_axes(ds: xr.Dataset, at: Sequence[str]) -> list[str]:
+    """Return `NAME=VALUE` for each axis of the file that was cut in Python, as by `sel`."""
+    keys = (text.partition("=")[0].strip() for text in at)
+    known = {canonical_name(key) or key for key in keys}
+    names = {CASE, DIRECTION, *swept_in(str(ds.attrs["config"]))} - known
+    cut = (ds[name] for name in sorted(names & set(ds.coords)) if not ds[name].ndim)
+    return [f"{one.name}={one.item()}" for one in cut if _size_in_file(one) > 1]
+
+
+def _size_in_file(coordinate: xr.DataArray) -> int:
+    """Return the number of values that a coordinate has in its file; 0 if it comes from none."""
+    return math.prod(coordinate.encoding.get("original_shape", (0,)))
 
 
 def _one_point(ds: xr.Dataset, text: str) -> str:

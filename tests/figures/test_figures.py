@@ -364,6 +364,16 @@ def test_a_fit_has_curves_data_with_error_bars_and_residuals_below():
     assert said in figure.get_supxlabel().replace("\n", " ")
 
 
+def test_a_fit_of_which_one_curve_is_chosen_leaves_out_the_data_of_the_others():
+    whole = fitted(5.0, 10.0)
+    figure = draw(whole.sel(angular_frequency=10.0))
+    above, below = panels(figure)
+    assert sum(len(bars.get_segments()) for bars in above.collections) == 4
+    assert "Not drawn: 4 data at other parameters." in figure.get_supxlabel().replace("\n", " ")
+    assert len(panels(draw(whole.transpose()))[1].lines) == len(panels(draw(whole))[1].lines)
+    assert panels(draw(whole.transpose()))[1].get_xlabel() == below.get_xlabel()
+
+
 def test_the_note_of_a_fit_has_the_digits_of_the_printed_summary():
     ds = drawn()
     ds["parameter_value"] = ("free_parameter", [6.9e4, -0.55])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
@@ -211,3 +212,28 @@ def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
         assert obstacle(lacking, name) == (
             f"the figure '{name}' needs {entry.variables[0]}, which this file lacks"
         )
+
+
+@pytest.mark.parametrize(
+    ("figure", "made"),
+    [
+        ("free_energy", phase_diagram),
+        ("landscape", lambda: phase_diagram(temperatures=[200.0, 240.0])),
+        ("indices", indices),
+        ("fit", drawn),
+        ("sweep", lambda: sweep(temperature=TEMPERATURES, spring_stiffness=[1e3, 3e3])),
+    ],
+)
+def test_a_transposed_dataset_has_the_same_picture(figure, made):
+    def pixels(ds: xr.Dataset) -> bytes:
+        picture = io.BytesIO()
+        draw(ds, None if figure == "sweep" else figure).savefig(picture)
+        return picture.getvalue()
+
+    ds = made()
+    assert pixels(ds) == pixels(ds.transpose())
+
+
+def test_a_figure_of_phases_says_that_its_dimension_is_lost():
+    with pytest.raises(ValueError, match=r"needs the dimension temperature: keep it.*isel\("):
+        draw(phase_diagram().isel(temperature=0), "free_energy")

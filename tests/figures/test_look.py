@@ -401,3 +401,30 @@ def test_letters_may_begin_anywhere(ds):
         ValueError, match="letters run out at z: too few for 2 panels starting at z"
     ):
         drawn(ds, look=Look(letters="z"))
+
+
+def test_a_measured_value_belongs_to_the_nearest_curve_or_panel_alone():
+    ds = run({"sweep": {"omega": [10.0, 20.0], "T": [284.0, 286.0, 288.0]}})
+    table = {"omega": [12.0, 14.0], "T": [284.0, 288.0], "F_max": [1e-3, 2e-3]}
+    (axes,) = panels(drawn(ds, FORCE, x="omega", hue="T", data=read_data(table)))
+    points = [each.lines[0].get_xdata().tolist() for each in axes.containers]
+    assert points == [[12.0], [], [14.0]]
+    figure = drawn(ds, FORCE, x="omega", col="T", data=read_data(table))
+    points = [axes.containers[0].lines[0].get_xdata().tolist() for axes in panels(figure)]
+    assert points == [[12.0], [], [14.0]]
+
+
+def test_a_measured_value_has_all_parameters_of_linked_cases():
+    ds = run({"cases": {"T": [200.0, 220.0, 240.0], "K": [3000.0, 3200.0, 3400.0]}})
+    table = {"T": [200.0, 230.0, 240.0], "K": [3000.0, 3300.0, 9999.0], "F_max": [1e-3] * 3}
+    figure = drawn(ds, FORCE, x="T", data=read_data(table))
+    (axes,) = panels(figure)
+    assert axes.containers[0].lines[0].get_xdata().tolist() == [200.0, 230.0]
+    assert "Not drawn: 1 measured value at other parameters." in note(figure)
+
+
+def test_measured_values_are_not_drawn_over_a_variable_in_another_unit(ds):
+    force = (ds[FORCE] * 1e3).assign_attrs(ds[FORCE].attrs | {"units": "mN"})
+    table = {"T": [200.0], "K": [1000.0], "F_max": [1e-3]}
+    with pytest.raises(ValueError, match="the data are in N and friction_force_amplitude is in mN"):
+        drawn(ds.assign({FORCE: force}), FORCE, x="T", hue="K", data=read_data(table))

@@ -484,13 +484,20 @@ def test_a_derivative_stays_on_its_side_of_a_jump(made: None) -> None:
     assert slopes[0, 0] == pytest.approx(slopes[1, 0], rel=0.5)  # 1000 times larger at a jump
 
 
-@pytest.mark.parametrize(("rows", "relative"), [(1, True), (2, True), (2, False)])
-def test_as_few_data_as_parameters_have_no_intervals(made: None, rows: int, relative: bool) -> None:
-    table = {"T": T[:rows], "F_max": forces(**TRUE)[:rows]}
-    table |= {} if relative else {"F_max_error": np.full(rows, 1e-5)}
-    found, known = searched(table)
+@pytest.mark.parametrize("rows", [1, 2])
+def test_as_few_data_as_parameters_have_no_intervals_without_errors(made: None, rows: int) -> None:
+    found, known = searched({"T": T[:rows], "F_max": forces(**TRUE)[:rows]})
     assert found.trial.chi2 < 1e-12
     assert np.isnan(known.intervals).all()
+
+
+def test_as_few_data_as_parameters_have_intervals_from_given_errors(made: None) -> None:
+    table = {"T": T[[0, -1]], "F_max": forces(**TRUE)[[0, -1]], "F_max_error": [1e-6, 1e-6]}
+    found, known = searched(table)
+    assert found.trial.chi2 < 1e-12
+    reach = 1.96 * known.errors
+    np.testing.assert_allclose(known.intervals[:, 1] - found.trial.u, reach, rtol=0.05)
+    np.testing.assert_allclose(found.trial.u - known.intervals[:, 0], reach, rtol=0.05)
 
 
 @pytest.mark.parametrize(

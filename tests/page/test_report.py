@@ -323,6 +323,21 @@ def test_all_variables_and_views_of_odd_results_are_drawn(
         tabs.check()
 
 
+def test_the_command_of_a_page_has_the_cut_that_was_made_in_python(tmp_path: Path) -> None:
+    swept = {"T": {"linspace": [200.0, 201.0], "num": 11}, "K": [3000.0, 3100.0], "omega": [14.0]}
+    run(LOOSE | {"sweep": swept}, output=tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc") as whole:
+        for part, cut, digits in (
+            (whole, "", 4),
+            (whole.squeeze().isel(spring_stiffness=1), " --at spring_stiffness=3100.0", 4),
+            (whole.isel(temperature=[0, 3, 7]), "", 17),  # 200.3 would be another point
+        ):
+            write_report(part, tmp_path / "a.html", name="a.nc", orbits=0)
+            payload = payload_of(tmp_path / "a.html")
+            assert payload["replay"] == f"stickslip replay a.nc{cut}"
+            assert payload["fewestDigits"] == digits
+
+
 def test_commands_of_a_page_name_the_file_of_a_result_whatever_its_title_is():
     ds = run({"title": "A title", "sweep": {"T": [200, 250]}, **LOOSE})
     assert name_of(ds) == "FILE"
