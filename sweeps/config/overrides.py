@@ -10,6 +10,7 @@ dots, such as `integrator.rtol`. An override that would undo an earlier one is r
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Self
@@ -20,6 +21,7 @@ from sweeps.config.yaml_reader import read_text
 from sweeps.human import shortened
 
 CASE = "case"
+_COMMENT = re.compile(r"\s#")
 
 
 class Option(str):
@@ -54,7 +56,10 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> dict[str, A
         else:
             done[name] = source
             written = read_text(text, source, key)
-            if written.data is not None or not written.problems:
+            comment = _COMMENT.search(text)
+            if comment and read_text(text[: comment.start()], source).data == written.data:
+                written.refuse("' #' begins a comment; put the value in quotes", key)
+            elif written.data is not None or not written.problems:
                 _apply(document, key, written, picked)
         document.problems += [replace(problem, line=None) for problem in written.problems]
         document.warnings += [replace(warning, line=None) for warning in written.warnings]

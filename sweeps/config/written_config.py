@@ -159,10 +159,22 @@ def _plain(value: object, document: Document, *path: str | int) -> Any:
                 document.refuse(f"keys must be text, not {quoted(key)}", *path)
         items = {key: item for key, item in value.items() if isinstance(key, str)}
         return {key: _plain(item, document, *path, key) for key, item in items.items()}
+    if refused := _unlike_numbers(value):
+        document.refuse(refused, *path)
+        return UNREADABLE
     if isinstance(value, (list, tuple)) or getattr(value, "ndim", 0) > 0:
         listed = value if isinstance(value, (list, tuple)) else np.asarray(value).tolist()
         return [_plain(item, document, *path, index) for index, item in enumerate(listed)]
     return value.item() if getattr(value, "ndim", None) == 0 and hasattr(value, "item") else value
+
+
+def _unlike_numbers(value: object) -> str:
+    """Return why an array would lose its meaning as a list of numbers; empty if it would not."""
+    if np.ma.is_masked(value):
+        return "must have no masked values"
+    if getattr(getattr(value, "dtype", None), "kind", "") in ("m", "M"):
+        return "must be a number in SI units, not a time of NumPy"
+    return ""
 
 
 def quoted(value: object) -> str:

@@ -105,5 +105,7 @@ def missing_blocks(
             counts.costs.learn(fresh, block.seconds)
             yield block
     if refinement and not stop.requested:
-        yield Block(*refinement.interpolated(store.rows()))
+        numbers, rows = refinement.interpolated(store.rows())
+        if len(numbers):
+            yield Block(numbers, rows)
         counts.goal = counts.total

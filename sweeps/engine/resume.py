@@ -234,10 +234,10 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
 def require_room(folder: RunFolder, left: int, total: int) -> None:
     """Raise StorageError before the sweep if the disk lacks room for `left` of `total` points."""
     needed = left * BYTES_PER_POINT + total * RESULT_BYTES_PER_POINT + RESULT_BYTES
-    free = shutil.disk_usage(folder.nearest).free
-    if free < needed:
+    usage = shutil.disk_usage(folder.nearest)
+    if usage.total > 0 and usage.free < needed:  # some file systems state no size
         raise StorageError(
-            f"{folder.path.parent} has {size_text(free)} left, but the sweep of "
+            f"{folder.path.parent} has {size_text(usage.free)} left, but the sweep of "
             f"{counted(total, 'point')} may need {size_text(needed)}; make room, or write "
             "elsewhere with -o"
         )
@@ -406,7 +406,8 @@ def state_of(output: Path) -> dict[str, Any]:
     refuse_odd_output(output)
     folder, found = RunFolder(output), {"output": str(output)}
     if folder.is_held():
-        return found | {"state": "running"} | folder.last_beat()
+        # The heartbeat has the output as that sweep was given it, relative to its folder.
+        return {"state": "running"} | folder.last_beat() | found
     if (manifest := readable_manifest(folder.journal)) is not None:
         config, part = found_in_journal(folder.journal, manifest).config, manifest.get("part", "")
         target = Target.of(config, Part.parse(part) if part else None)

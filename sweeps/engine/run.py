@@ -62,7 +62,8 @@ def run(
 
     Without `output` nothing is written, and an interruption loses everything. With `output` the
     call works like `stickslip sweep -o`: it computes the points that the file, or the journal of an
-    interrupted run, lacks.
+    interrupted run, lacks. The NetCDF library is not safe for threads, so no other thread may read
+    or write NetCDF files meanwhile.
 
     In memory, `joblib.parallel_config(backend=..., n_jobs=...)` decides where points are computed,
     as for other packages that use joblib; otherwise `execution` in the config does, by default
@@ -84,7 +85,8 @@ def run(
         of `parallel_config`, then that of the config.
     backend, scheduler
         Where to compute, 'threads' or another value of `execution.backend` in a config, and the
-        address of a dask scheduler; they take precedence over the config.
+        address of a dask scheduler; they take precedence over the config, and `parallel_config`
+        over them.
     progress
         Show the progress: a bar on a terminal and in a notebook, lines elsewhere.
     on_block

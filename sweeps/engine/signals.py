@@ -82,7 +82,8 @@ def listening(stop: Stop) -> Iterator[None]:
     """Let a signal request a stop; a second one ends the process or raises KeyboardInterrupt.
 
     Before that, the functions in `stop.at_once` are called, the last one first. Ignored signals,
-    as under nohup, stay ignored. Outside the main thread, where no signals arrive, nothing changes.
+    as under nohup, stay ignored, and handlers that are not Python's stay as they are. Outside the
+    main thread, where no signals arrive, nothing changes.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -109,7 +110,9 @@ def listening(stop: Stop) -> Iterator[None]:
             happens += f".\nAnother {again} ends the run at once and drops the points in flight."
         _write(f"{stop.reason}: {happens or 'ending'}")
 
-    heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    # A handler that was not installed from Python, as by R around Python, could not be put back.
+    others = (signal.SIG_IGN, None)
+    heeded = [number for number in _SIGNALS if signal.getsignal(number) not in others]
     before = {number: signal.signal(number, handle) for number in heeded}
     try:
         yield

@@ -236,7 +236,7 @@ def draw_measured(
         raise ValueError(f"the data have no column {across}, which is the horizontal axis")
     _refuse_other_unit(panel)
     own = np.array([name == panel.variable for name in data.variable])
-    left = own & _belongs(panel, axis, layout, data, whole)[data.row]
+    left: np.ndarray = own & _belongs(panel, axis, layout, data, whole)[data.row]
     if layout.hue is None or (nearest := _nearest_places(whole, layout.hue, data)) is None:
         _draw_points(panel, data, across, left, "white")
         return left

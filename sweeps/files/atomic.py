@@ -102,12 +102,13 @@ def beside(path: Path) -> Path:
     stem = f".{path.name}.{socket.gethostname()}."
     for left in path.parent.glob(f"{glob.escape(stem)}*.tmp"):
         pid = left.name[len(stem) : -len(".tmp")]
-        if pid.isdecimal() and not _is_running(int(pid)):
+        if pid.isdecimal() and not is_running(int(pid)):
             remove(left)
     return path.with_name(f"{stem}{os.getpid()}.tmp")
 
 
-def _is_running(pid: int) -> bool:
+def is_running(pid: int) -> bool:
+    """Return whether a process of this machine is running."""
     try:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError):

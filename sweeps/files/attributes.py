@@ -147,7 +147,7 @@ def now() -> str:
 
 def command_line() -> str:
     """Return the command as a user can type it again, without the path of the program."""
-    program, *arguments = sys.argv
+    program, *arguments = sys.argv or [""]  # an embedded Python may have none
     return shlex.join([program.rsplit("/", 1)[-1], *arguments])
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import os
+import shutil
+import socket
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +21,7 @@ from numpy.typing import NDArray
 from stickslip.datasets import result_attributes, result_values
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
-from sweeps.files.atomic import begin, remove, replacing, storage_errors
+from sweeps.files.atomic import begin, is_running, remove, replacing, storage_errors
 from sweeps.files.attributes import Place, coordinates, data_sha256, places, seal_key
 from sweeps.files.result_rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
@@ -106,7 +109,7 @@ def most_bytes(grid: Grid, chunks: Chunks, attributes: Mapping[str, str]) -> int
     Its structure, which depends on the axes and on the length of the config, is written to measure.
     """
     nothing = np.full((1, len(RESULT_COLUMNS)), np.nan)
-    with tempfile.TemporaryDirectory(dir=_MEMORY if os.access(_MEMORY, os.W_OK) else None) as place:
+    with _folder_in_memory(RESULT_BYTES) or tempfile.TemporaryDirectory() as place:
         path = Path(place) / "structure.nc"
         with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
             _define(file, grid, chunks, attributes)
@@ -118,13 +121,31 @@ def most_bytes(grid: Grid, chunks: Chunks, attributes: Mapping[str, str]) -> int
 @contextmanager
 def _new_file(path: Path, grid: Grid) -> Iterator[netCDF4.Dataset]:
     """Provide a file to write; a small one is made in memory first."""
-    small = grid.size * len(RESULT_COLUMNS) * 8 <= _LARGE and os.access(_MEMORY, os.W_OK)
-    with tempfile.TemporaryDirectory(dir=_MEMORY) if small else nullcontext() as folder:
+    size = grid.size * len(RESULT_COLUMNS) * 8
+    in_memory = _folder_in_memory(size + RESULT_BYTES) if size <= _LARGE else None
+    with in_memory or nullcontext() as folder:
         place = path if folder is None else Path(folder) / path.name
         with netCDF4.Dataset(place, "w", format="NETCDF4") as file:
             yield file
         if place != path:
             path.write_bytes(place.read_bytes())
+
+
+def _folder_in_memory(size: int) -> tempfile.TemporaryDirectory[str] | None:
+    """Return a folder in memory for files of some bytes; None if there is no room, or no memory.
+
+    Removes those that killed processes of this machine have left.
+    """
+    if not os.access(_MEMORY, os.W_OK) or shutil.disk_usage(_MEMORY).free < 2 * size:
+        return None
+    stem = f"stickslip.{socket.gethostname()}."
+    for left in Path(_MEMORY).glob(f"{glob.escape(stem)}*"):
+        pid = left.name[len(stem) :].partition(".")[0]
+        with suppress(OSError):
+            ours = left.lstat().st_uid == os.getuid()
+            if ours and pid.isdecimal() and not is_running(int(pid)):
+                shutil.rmtree(left)
+    return tempfile.TemporaryDirectory(prefix=f"{stem}{os.getpid()}.", dir=_MEMORY)
 
 
 def _define(

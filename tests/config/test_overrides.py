@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from support.sweeps.configs import problems
 
-from sweeps.config.load import from_yaml
+from sweeps.config.load import from_mapping, from_yaml
 
 
 def test_an_override_fixes_a_parameter_by_name_or_symbol() -> None:
@@ -98,6 +98,7 @@ def test_a_case_is_picked() -> None:
         ("title: x", "title.y=3", "title.y: there are no keys below title"),
         ("{}", "integrator" + ".x" * 5000 + "=3", "unknown key"),
         ("{}", "title=\udcff", "contains a control character"),
+        ("{}", "title=run #3", "title: ' #' begins a comment; put the value in quotes"),
     ],
 )
 def test_problems_of_an_override_name_it(text: str, override: str, message: str) -> None:
@@ -105,6 +106,11 @@ def test_problems_of_an_override_name_it(text: str, override: str, message: str)
     assert line.startswith("--set ")
     assert message in line
     assert len(line) < 400
+
+
+def test_a_number_sign_in_quotes_begins_no_comment() -> None:
+    assert from_mapping({}, overrides=["title='run #3'"]).title == "run #3"
+    assert from_mapping({}, overrides=["title=run#3"]).title == "run#3"
 
 
 def test_a_parameter_set_twice_is_refused() -> None:

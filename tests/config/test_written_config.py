@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from typing import Any
 
+import numpy as np
 import pytest
 from support.sweeps.configs import problems
 
@@ -16,6 +17,21 @@ def test_a_dict_that_contains_itself_is_refused() -> None:
     endless["model"] = endless
     with pytest.raises(ConfigError, match="nested too deeply"):
         from_mapping(endless)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (np.ma.array([200.0, 999.0], mask=[False, True]), "must have no masked values"),
+        (np.array([10, 20], "m8[ns]"), "must be a number in SI units, not a time of NumPy"),
+        (np.array(["1970-01-01"], "M8[ns]"), "must be a number in SI units, not a time"),
+    ],
+)
+def test_arrays_that_are_no_plain_numbers_are_refused(values: Any, message: str) -> None:
+    with pytest.raises(ConfigError, match=rf"sweep\.T: {message}"):
+        from_mapping({"sweep": {"T": values}})
+    with pytest.raises(ConfigError, match=r"model\.T: must be a number in SI units, not a time"):
+        from_mapping({"model": {"T": np.timedelta64(10, "ns")}})
 
 
 def test_all_problems_are_reported_at_once_in_the_order_of_the_lines() -> None:

@@ -162,6 +162,21 @@ def test_the_first_signal_after_the_granted_time_does_not_end_at_once(
     assert ended == [Exit.STOPPED]
 
 
+def test_a_handler_that_is_not_pythons_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """R and Julia install such handlers, for which Python has no value."""
+    before = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(
+        signal, "getsignal", lambda number: None if number == signal.SIGHUP else signal.SIG_DFL
+    )
+    changed: list[int] = []
+    monkeypatch.setattr(signal, "signal", lambda number, _: changed.append(number))
+    with listening(Stop()):
+        pass
+    assert signal.SIGHUP not in changed
+    monkeypatch.undo()
+    assert signal.getsignal(signal.SIGTERM) == before
+
+
 def test_outside_the_main_thread_signal_handlers_stay() -> None:
     found = []
     before = signal.getsignal(signal.SIGINT)

@@ -57,6 +57,14 @@ def test_a_disk_without_room_is_reported_before_the_sweep(
         swept(tmp_path / "a.nc")
 
 
+def test_a_file_system_that_states_no_size_is_not_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(0, 0, 0))
+    swept(tmp_path / "a.nc")
+
+
 def test_leftovers_of_a_killed_run_are_removed(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     folder = RunFolder(path)

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -309,3 +314,29 @@ def test_an_unreadable_file_has_no_summary(tmp_path: Path) -> None:
     (tmp_path / "a.nc").write_bytes(b"no result")
     with pytest.raises(StorageError, match="cannot read"):
         contents(tmp_path / "a.nc", Chunks((4,)))
+
+
+def test_what_a_killed_process_left_in_memory_is_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sweep_file, "_MEMORY", str(tmp_path))
+    with subprocess.Popen([sys.executable, "-c", ""]) as dead:
+        pass
+    stem = f"stickslip.{socket.gethostname()}."
+    left, alive, other = (
+        tmp_path / f"{stem}{name}" for name in (f"{dead.pid}.abc", f"{os.getppid()}.abc", "x.abc")
+    )
+    for folder in (left, alive, other):
+        folder.mkdir()
+        (folder / "result.nc").touch()
+    settings = from_mapping({})
+    write(settings, compute(settings), tmp_path / "a.nc")
+    assert sorted(tmp_path.iterdir()) == sorted([alive, other, tmp_path / "a.nc"])
+
+
+def test_a_full_memory_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=100))
+    monkeypatch.setattr(tempfile, "TemporaryDirectory", lambda **_: pytest.fail("in memory"))
+    settings = from_mapping({})
+    write(settings, compute(settings), tmp_path / "a.nc")
