@@ -203,7 +203,7 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "max_error": Option(
             1e-2,
             Range(0.0, 1.0, lower_open=True),
-            "largest error estimate of an ok point; 1 accepts any",
+            "largest numerical error of an ok point, by its estimate; 1 accepts any",
         ),
         "max_periods": Option(5000, _COUNT, "drive periods after which a point is abandoned"),
         "window": Option(

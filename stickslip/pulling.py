@@ -171,8 +171,12 @@ def _summary(
 ) -> dict[str, Any]:
     """Return the kind of motion at the end of a run, and its period and forces."""
     end = times[-1]
-    begin = end - _SETTLED * (end - _held_since(course, end))
+    since = _held_since(course, end)
+    begin = end - _SETTLED * (end - since)
     settled = (slips["melting_time"] > begin) & np.isfinite(slips["slip_period"])
+    # Cycles that began before the velocity was held count only if there are no others.
+    within = settled & (slips["melting_time"] - slips["slip_period"] >= since)
+    settled = within if within.any() else settled
     periods = slips["slip_period"][settled]
     # A film that has not melted for two periods no longer slips.
     if len(periods) and end - slips["melting_time"][-1] <= 2.0 * periods.max():
@@ -183,7 +187,7 @@ def _summary(
         }
         means["slip_period"] = float(periods.mean())
         return {"motion": "stick-slip", "settled_slips": int(settled.sum())} | means
-    late = force[times >= (1.0 - _LATE) * end]
+    late = force[times >= end - _LATE * (end - since)]
     return {
         "motion": "steady",
         "steady_force": float(force[-1]),

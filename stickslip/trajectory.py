@@ -219,10 +219,13 @@ class _Run(NamedTuple):
                 _refuse_lost(state, len(parts))
             samples = _sampled(point, self.options, state, self.periods, self.per_period, stream)
             step = 2.0 * math.pi / section.angular_frequency / self.per_period
-            # The drive is at phase 0 again, so the section's own time begins at 0.
-            own = np.arange(len(samples)) * step
-            parts.append(_section(section, self.options, own, begin + own, samples))
-            state, begin = _state_of(samples[-1]), begin + own[-1]
+            # The drive is at phase 0 again, so the section's own time begins at 0. It is taken
+            # modulo a period: the slip of a locked film is the small difference of two velocities,
+            # to which a long time would add its rounding.
+            number = np.arange(len(samples))
+            times, phases = begin + number * step, (number % self.per_period) * step
+            parts.append(_section(section, self.options, phases, times, samples))
+            state, begin = _state_of(samples[-1]), times[-1]
         return _joined(parts, self.scheduled)
 
 
@@ -371,18 +374,18 @@ def _state_of(sample: np.ndarray) -> np.ndarray:
 def _section(
     parameters: Parameters,
     options: Options,
-    own: np.ndarray,
+    phases: np.ndarray,
     times: np.ndarray,
     samples: np.ndarray,
 ) -> xr.Dataset:
-    """Return the Dataset of a section; `own` are times since its start, `times` in the run."""
+    """Return the Dataset of a section; `phases` are times in a drive period, `times` in the run."""
     import xarray as xr
 
-    observables = np.empty((len(own), len(OBSERVABLES)))
+    observables = np.empty((len(phases), len(OBSERVABLES)))
     rtol = METHODS[options.method].kernels.rounding(options)
     point = np.array(parameters)
     observables_kernel(physics_at(point, options.physics.typical))(
-        point, own, samples, rtol, observables
+        point, phases, samples, rtol, observables
     )
     states = dict(zip(_SAMPLED, samples.T, strict=False))  # a strain is an observable
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))

@@ -84,6 +84,15 @@ def test_a_jump_has_no_derivative() -> None:
     assert nan.tolist() == [False, True, False]
 
 
+def test_a_jump_that_changes_no_kind_is_part_of_the_error() -> None:
+    """At gamma = -1.4e-4 the amplitude jumps by 2.2e-5 of itself, and the counts do not change."""
+    film = {"T": 200.0, "k": 20.0, "omega": 10.0}
+    ds = sensitivities({**film, "gamma": 0.0}, "gamma", F)
+    force = stationary_orbits({**film, "gamma": [0.0, 5e-4]}, rtol=1e-10)[F].values
+    true = np.log(force[1] / force[0]) / 5e-4
+    assert abs(ds[f"{F}_sensitivity"].item() - true) <= ds[f"{F}_sensitivity_error"].item()
+
+
 @pytest.mark.stress
 def test_values_at_the_end_of_their_range_have_derivatives_from_one_side() -> None:
     ds = sensitivities({"T": 250.0}, ["initial_order_parameter", "e"], F)

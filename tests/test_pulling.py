@@ -150,6 +150,9 @@ def test_only_the_last_velocity_counts_for_the_summary() -> None:
         "velocity": [2e-6, 2e-6, 0, 0, 2e-6, 2e-6],
     }
     assert simulate(drive=held).attrs["slip_period"] == pytest.approx(0.31283, rel=1e-3)
+    late = {"elapsed_time": [0, 1, 1, 3], "velocity": [1e-5, 1e-5, 2e-5, 2e-5]}
+    liquid = simulate(Parameters(temperature=320.0), drive=late)
+    assert liquid.attrs["steady_force_change"] < 1e-6 * liquid.attrs["steady_force"]
 
 
 @pytest.mark.parametrize(

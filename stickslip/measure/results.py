@@ -46,7 +46,7 @@ from stickslip.measure.accumulate import (
     UNSEEN_TIME,
     slots_of,
 )
-from stickslip.model import block, drive, noise, solids
+from stickslip.model import block, drive, film, noise, solids
 from stickslip.model.rhs import starting_state
 from stickslip.model.scaling import Units
 from stickslip.parameters import Parameters
@@ -253,7 +253,9 @@ def _work_of_drive(p: Parameters, m: Measured, i: int) -> tuple[float, float]:
     periods = 0.5 * _halves(m, i)
     work, error = m.records[i, LOSS], m.uncertainties[i, LOSS]
     if m.statuses[i] == APERIODIC:
-        work += _gained_energy(p, m, i)
+        gained = _gained_energy(p, m, i)
+        work += gained
+        error += abs(gained - m.records[i, BLOCK_WORK])  # without errors both are the same
     if not math.isfinite(error):
         error = abs(work) + m.records[i, ABSOLUTE_WORK]  # an upper bound
     return work / periods, error / periods
@@ -321,9 +323,9 @@ def _solid_fraction(p: Parameters, m: Measured, i: int) -> float:
     """Fraction of the time in the solid phase.
 
     Without a cubic term the threshold may be 0, which every film exceeds, even a liquid one above
-    T_c.
+    T_c, or one that temperature does not freeze.
     """
-    if solids.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
+    if solids.solid_threshold(p) == 0.0 and film.heating(p) >= 0.0:
         return 0.0
     return min(m.records[i, SOLID_TIME] / _halves(m, i), 1.0)
 

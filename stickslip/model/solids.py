@@ -28,6 +28,9 @@ _LIQUID = 1e-3
 # This many halvings of an interval resolve the last bit of values above 1e-14 of it.
 _BISECTIONS = 100
 
+# An order parameter from which a film freezes, if nothing is in its way.
+_ALMOST_LIQUID = 1e-9
+
 # Upper bound of order parameters; in the paper's solid they are of order one.
 _LARGEST = 1e6
 
@@ -180,6 +183,13 @@ def next_phase(p: Parameters, phi: float, B: float) -> float:
 
 
 @jit
+def _softest(p: Parameters) -> float:
+    """Order parameter into which a film freezes without a barrier; the hardest above T_c."""
+    soft = next_phase(p, _ALMOST_LIQUID, film.heating(p))
+    return soft if soft > 0.0 else hardest(p, film.heating(p))
+
+
+@jit
 def strongest(p: Parameters) -> float:
     """The B [J/m3] above which the film can only be liquid."""
     return balance(p, hardest(p, math.inf))
@@ -246,11 +256,11 @@ def solid_threshold(p: Parameters) -> float:
     """Order parameter above which a film is solid: b/2c, below the solid branch of Eq. 16.
 
     With more terms it is the first turning point. If that is 0 (a second-order transition), it is
-    half the stationary order parameter without strain.
+    half the stationary order parameter without strain, of the softest solid.
     """
     if film.has_higher_terms(p):
         first = next_turning_point(p, 0.0, True)
-        return first if first > 0.0 else 0.5 * hardest(p, film.heating(p))
+        return first if first > 0.0 else 0.5 * _softest(p)
     if p.cubic_coefficient > 0.0:
         return 0.5 * p.cubic_coefficient / p.quartic_coefficient
     return 0.5 * math.sqrt(max(-film.heating(p) / p.quartic_coefficient, 0.0))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.points import LOCKED, orbits, row, rows
 
-from stickslip import Parameters, Status, simulate
+from stickslip import Parameters, Status, simulate, stationary_orbit
 
 P = Parameters()
 X_M, AREA, THICKNESS, TAU = P.drive_amplitude, P.contact_area, P.film_thickness, 1e-8
@@ -161,3 +161,24 @@ def test_fast_kinetics_reach_the_static_bound() -> None:
         assert np.all(excess > -2e-6)
         assert excess[-1] < 1e-5
         np.testing.assert_allclose(excess[1:3] * kinetics[1:3], excess[0] * 50.0, rtol=0.1)
+
+
+def test_without_viscosity_the_work_is_zero_to_its_error() -> None:
+    """Of a motion that never closes, energy that the block seems to gain is an error."""
+    orbit = stationary_orbit(Parameters(viscosity_coefficient=0.0))
+    assert orbit.status is Status.APERIODIC
+    assert abs(orbit.dissipated_energy) <= orbit.dissipated_energy_error * (1 + 1e-9)
+    across = orbit.friction_force_out_of_phase
+    assert abs(across) <= orbit.friction_force_out_of_phase_error * (1 + 1e-9)
+
+
+def test_the_force_of_a_locked_film_does_not_gather_rounding() -> None:
+    """It follows from the slip, the small difference of two velocities at a phase of the drive."""
+    p = Parameters(contact_area=1e-5)
+    orbit = stationary_orbit(p, rtol=1e-10)
+    first, last = (
+        simulate(p, start=orbit.state, periods=n, samples_per_period=40, rtol=1e-10)
+        .friction_force.values[-41:]
+        for n in (1, 200)
+    )  # fmt: skip
+    assert np.abs(last - first).max() < 1e-4 * np.abs(first).max()

@@ -11,7 +11,7 @@ from support import reference
 from support.marks import one_then
 from support.points import TWO_SOLIDS
 
-from stickslip import Parameters, Status, simulate, stationary_orbit
+from stickslip import Parameters, Regime, Status, simulate, stationary_orbit
 
 FLUIDS = (-2 / 3, 0.0, 0.3, 2 / 3)
 
@@ -87,3 +87,23 @@ def test_euler_cromer_agrees() -> None:
         difference = abs(getattr(steps, name) / getattr(fine, name) - 1.0)
         assert difference <= steps.amplitude_error
         assert difference < 1e-2
+
+
+def test_a_film_that_freezes_without_a_barrier_into_a_soft_solid_is_solid_there() -> None:
+    """Without a cubic term the balance turns at phi = 0.2 and 0.6: the soft solid ends at 0.2."""
+    e, soft, hard = 2000.0, 0.2, 0.6
+    energy = {"b": 0.0, "c": 2 * e * soft * hard, "d": 4 / 3 * e * (soft + hard), "e": e}
+    p = Parameters(**energy, T=288.0, k=5e3, X_m=1e-8)
+    orbit = stationary_orbit(p)
+    phi = simulate(p, start=orbit.state, samples_per_period=4000).order_parameter.values
+    assert phi.max() < soft
+    assert orbit.melting_count == 2
+    # It freezes at half the order parameter at rest, and melts at a tenth of that.
+    assert np.mean(phi > 0.5 * phi.max()) < orbit.solid_fraction < np.mean(phi > 0.05 * phi.max())
+    stiff = stationary_orbit(p._replace(viscosity_coefficient=5e4))
+    assert (stiff.regime, stiff.solid_fraction) == (Regime.LOCKED, pytest.approx(1.0))
+
+
+def test_a_film_that_temperature_does_not_freeze_is_liquid() -> None:
+    orbit = stationary_orbit(Parameters(alpha=0.0, b=0.0))
+    assert (orbit.regime, orbit.solid_fraction) == (Regime.LIQUID, 0.0)

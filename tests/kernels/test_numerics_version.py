@@ -23,7 +23,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
-VERSION = 20
+VERSION = 21
 MADE_ON = ("znver4", "0.68.1", "0.50.0")
 """Processor, numba and llvmlite of the table."""
 

@@ -27,6 +27,8 @@ PENDING = int(Status.PENDING)
 WIDTH = len(STATE)
 """The number of state variables; the strain follows instantly."""
 
+_LEAST = float(np.finfo(float).tiny)
+
 
 class March(Protocol):
     """Points (n,) that a method takes through drive periods with a fixed step."""
@@ -190,5 +192,5 @@ def finals_of(points: np.ndarray, states: np.ndarray) -> np.ndarray:
 def _write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) -> None:
     for i in range(finals.shape[0]):
         finals[i, 0], finals[i, 1] = states[i, 0], states[i, 1]
-        finals[i, 2] = math.log(states[i, 2])
+        finals[i, 2] = math.log(max(states[i, 2], _LEAST))  # phi of a liquid film underflows
         finals[i, 3] = FIRST_STEP * drive.period(parameters_of(points[i]))

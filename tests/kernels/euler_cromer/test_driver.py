@@ -163,3 +163,14 @@ def test_an_orbit_that_diverges_leaves_the_others_alone(monkeypatch: pytest.Monk
     found = orbits(points, **options)
     assert found.status.tolist() == [Status.DIVERGED, Status.OK]
     np.testing.assert_array_equal(found.row[1], alone.row[0])
+
+
+def test_an_order_parameter_that_underflows_is_that_of_a_liquid_film() -> None:
+    """Without noise phi of a melted film falls to 0, whose logarithm the adaptive method takes."""
+    melted = row(temperature=320.0, initial_order_parameter=0.5, angular_frequency=60.0)
+    found = orbits(melted, method="euler-cromer", dt=1.75e-8, noise="none")
+    assert found.status == Status.OK
+    exact = orbits(melted, noise="none")
+    np.testing.assert_allclose(
+        found.friction_force_amplitude, exact.friction_force_amplitude, rtol=1e-6
+    )
