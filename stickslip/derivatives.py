@@ -260,8 +260,8 @@ def _jumps(
     logs = np.log(values) - np.log(middle)
     tripled = np.abs(4.0 * (logs[:, 1] + logs[:, 2]) - (logs[:, 0] + logs[:, 3]))
     both = (moved[:, 0] != 0.0) & (moved[:, 3] != 0.0)
-    # Ten values, with the weights above, differ by their roughness alone.
-    excess = np.where(both, np.maximum(tripled - 10.0 * roughness, 0.0), 0.0)
+    # Roughness alone may make this much, by the weights 4, 4, 1, 1 and, of the middle, 6.
+    excess = np.where(both, np.maximum(tripled - 16.0 * roughness, 0.0), 0.0)
     return np.nan_to_num(excess) / np.abs(moved).max(axis=1)
 
 

@@ -100,15 +100,21 @@ def beside(path: Path) -> Path:
     Removes the files that killed processes of this machine have left under such names.
     """
     stem = f".{path.name}.{socket.gethostname()}."
-    for left in path.parent.glob(f"{glob.escape(stem)}*.tmp"):
-        pid = left.name[len(stem) : -len(".tmp")]
-        if pid.isdecimal() and not is_running(int(pid)):
+    for left in left_by_killed(path.parent, stem):
+        if left.suffix == ".tmp":
             remove(left)
     return path.with_name(f"{stem}{os.getpid()}.tmp")
 
 
-def is_running(pid: int) -> bool:
-    """Return whether a process of this machine is running."""
+def left_by_killed(folder: Path, stem: str) -> Iterator[Path]:
+    """Yield what has a name of `stem` and the number of a process that no longer runs."""
+    for left in folder.glob(f"{glob.escape(stem)}*"):
+        pid = left.name[len(stem) :].partition(".")[0]
+        if pid.isdecimal() and not _is_running(int(pid)):
+            yield left
+
+
+def _is_running(pid: int) -> bool:
     try:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import hashlib
 import os
 import shutil
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 from stickslip.datasets import result_attributes, result_values
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
-from sweeps.files.atomic import begin, is_running, remove, replacing, storage_errors
+from sweeps.files.atomic import begin, left_by_killed, remove, replacing, storage_errors
 from sweeps.files.attributes import Place, coordinates, data_sha256, places, seal_key
 from sweeps.files.result_rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
@@ -139,11 +138,9 @@ def _folder_in_memory(size: int) -> tempfile.TemporaryDirectory[str] | None:
     if not os.access(_MEMORY, os.W_OK) or shutil.disk_usage(_MEMORY).free < 2 * size:
         return None
     stem = f"stickslip.{socket.gethostname()}."
-    for left in Path(_MEMORY).glob(f"{glob.escape(stem)}*"):
-        pid = left.name[len(stem) :].partition(".")[0]
+    for left in left_by_killed(Path(_MEMORY), stem):
         with suppress(OSError):
-            ours = left.lstat().st_uid == os.getuid()
-            if ours and pid.isdecimal() and not is_running(int(pid)):
+            if left.lstat().st_uid == os.getuid():
                 shutil.rmtree(left)
     return tempfile.TemporaryDirectory(prefix=f"{stem}{os.getpid()}.", dir=_MEMORY)
 
